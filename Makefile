@@ -19,6 +19,7 @@ unexport PYTHONDONTWRITEBYTECODE
 INSTALL = $(BIN)/pip install --disable-pip-version-check --no-compile --constraint constraints.txt
 NINJA = -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja
 MINUTES ?= 10
+SHARE ?= 0
 FILE ?= tests/reference_values.json
 
 .DEFAULT_GOAL := help
@@ -26,7 +27,7 @@ FILE ?= tests/reference_values.json
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
-.PHONY: help setup packages-and-core demo test test-cpp test-python proof proof-tools proof-effects proof-symbols proof-sanitizers proof-threads \
+.PHONY: help setup packages-and-core demo test test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm bench bench-full lint format docs reference clean
 
 help:  ## this list
@@ -94,9 +95,12 @@ test-cpp: .venv/.build-packages
 test-python: setup .venv/.test-packages
 	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --lines
 
+test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 7 for a third day
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --lines --long --share $(SHARE)
+
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
-	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-effects proof-symbols
-	@$(MAKE) --no-print-directory proof-sanitizers proof-threads proof-fuzz
+	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-threads proof-effects proof-symbols
+	@$(MAKE) --no-print-directory proof-sanitizers proof-fuzz
 
 proof-tools: .venv/.proof-packages
 	@PYTHON=$(PYTHON) tools/system_packages.sh proof
@@ -111,17 +115,26 @@ proof-effects: proof-tools
 proof-symbols: .venv/.made
 	@$(WATCHED) "symbols" --show -- tests/proof/symbols.sh
 
-# The energy controller's walks of a million steps, closed paths of random models and their noise are left to the fuzzers, which have the same
-# sanitizers and run faster; those of a needle that bends are as many steps as in the test with fewer, which stays. What an object needs of a system is another with sanitizers.
-proof-sanitizers: proof-tools
+# Long walks repeat, in an ordinary build, what the fuzzers do with the same sanitizers, faster, or what a shorter test does. With sanitizers they
+# are run a seventh a day.
+REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|EquilibriumOfEachNonlinear
+SANITIZED_TESTS = $(BIN)/ctest --test-dir $(CXX_SANITIZED) --parallel $$(nproc) --output-on-failure
+
+proof-sanitized: proof-tools
 	@mkdir -p $(CXX_SANITIZED)
 	@$(BIN)/cmake -S . -B $(CXX_SANITIZED) $(NINJA) -DNEEDLEFORCE_TESTS=ON \
 	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 \
 	  -DCMAKE_CXX_FLAGS="-O1 -g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
 	  || (cat $(CXX_SANITIZED).log; false)
 	@$(WATCHED) "compiling with sanitizers" -- $(BIN)/cmake --build $(CXX_SANITIZED)
-	@$(WATCHED) "C++ tests with sanitizers" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_SANITIZED) --parallel $$(nproc) \
-	  --output-on-failure --exclude-regex "EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|NoiseOf|step_needs_only_arithmetic"
+
+# what an object needs of a system is another with sanitizers
+proof-sanitizers: proof-sanitized
+	@$(WATCHED) "C++ tests with sanitizers" --keep "tests passed" -- $(SANITIZED_TESTS) --exclude-regex "$(REPEATED)|step_needs_only_arithmetic"
+
+proof-long: proof-sanitized  ## the long walks with sanitizers; SHARE=3 of 7 for a third day
+	@$(WATCHED) "long walks with sanitizers" --keep "tests passed" -- $(SANITIZED_TESTS) --tests-regex "$(REPEATED)" \
+	  $$([ $(SHARE) = 0 ] || echo "--tests-information $(SHARE),,7")
 
 proof-threads: proof-tools
 	@$(WATCHED) "threads" --show -- tests/proof/threads.sh $(THREAD_TESTS)
@@ -134,7 +147,7 @@ fuzz: proof-tools  ## MINUTES=10: the fuzzer alone, for longer
 
 wasm: .venv/.made  ## the core for WebAssembly and its module, in build/wasm
 	@PYTHON=$(PYTHON) tools/system_packages.sh proof
-	@bindings/wasm/build.sh build/wasm
+	@$(WATCHED) "WebAssembly" -- bindings/wasm/build.sh build/wasm
 
 bench: setup .venv/.test-packages  ## the bars as ratios, measured in one run
 	@$(WATCHED) "packages to compare with" -- $(INSTALL) --requirement benchmarks/requirements.txt
@@ -156,7 +169,8 @@ format: .venv/.lint-packages  ## the same, changing files
 
 docs: setup  ## the pages of docs/ as HTML in build/docs
 	@$(WATCHED) "packages for the pages" -- $(INSTALL) --requirement docs/requirements.txt
-	@$(BIN)/sphinx-build -q -W docs build/docs && echo "build/docs/index.html"
+	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W docs build/docs
+	@echo "build/docs/index.html"
 
 reference: setup  ## FILE=values.json through the public names: name, expected, got, pass
 	@$(BIN)/python tests/reference.py $(FILE)

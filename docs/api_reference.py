@@ -16,7 +16,6 @@ PACKAGES = (
     ("needleforce.steering", "Steering", "Needles that bend: paths read, identified, estimated and planned."),
     ("needleforce.fe", "Tissue as a solid", "Finite elements around a needle, and what they condense to."),
     ("needleforce.campaign", "Campaigns", "Many recordings of many conditions."),
-    ("needleforce.report", "Reports", "One HTML file each."),
     ("needleforce.control", "Control", "What a loop needs around an insertion."),
     ("needleforce.export", "Export", "A model as a C++ or C header."),
     ("needleforce.mujoco", "MuJoCo", "A needle in a MuJoCo model."),

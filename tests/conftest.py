@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import contextlib
 import signal
+import zlib
 from pathlib import Path
 
 import progress_lines
@@ -20,12 +21,39 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 ROOT = Path(__file__).resolve().parents[1]
 
 
+SHARES = 7
+
+
 def pytest_addoption(parser):
     parser.addoption("--lines", action="store_true", help="a line every five seconds instead of dots")
+    parser.addoption("--long", action="store_true", help="only the tests that repeat themselves, with all repetitions")
+    parser.addoption("--share", type=int, default=0, help=f"of --long only one of {SHARES} shares, from 1")
 
 
 def pytest_configure(config):
     progress_lines.register(config)
+    config.addinivalue_line("markers", "long: only with --long; without it a test with fewer repetitions remains")
+
+
+def pytest_collection_modifyitems(config, items):
+    """``--long`` runs what has the fixture ``many`` or the marker ``long``. The tests of a file are in one share."""
+    long, share = config.getoption("--long"), config.getoption("--share")
+
+    def is_chosen(item):
+        marked = item.get_closest_marker("long") is not None
+        if not long:
+            return not marked
+        repeats = marked or "many" in getattr(item, "fixturenames", ())
+        return repeats and share in (0, 1 + zlib.crc32(item.nodeid.split("::")[0].encode()) % SHARES)
+
+    config.hook.pytest_deselected(items=[item for item in items if not is_chosen(item)])
+    items[:] = [item for item in items if is_chosen(item)]
+
+
+@pytest.fixture(scope="session")
+def many(request):
+    """``many(5, 200)``: how often to repeat something here, and how often in `make test-long`."""
+    return lambda few, full: full if request.config.getoption("--long") else few
 
 
 @pytest.fixture(scope="session")

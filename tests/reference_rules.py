@@ -20,6 +20,11 @@ PAPER = {"D": 0.7e-3, "E_n": 14.1e9, "E_s": 116e3, "F": 0.2101, "h": 3.237e-3, "
 RULES = []
 
 
+def implied_reduced_modulus(force, depth, shape, shank_radius=None):
+    """E_r [Pa] at which a tip needs a force to reach a depth: force is proportional to E_r."""
+    return force / nf.contact(shape, depth=depth, reduced_modulus=1.0, shank_radius=shank_radius).force
+
+
 def computes(group: str, formula: str, *inputs: str):
     """Maps entries of a group whose formula matches and which have all the named inputs."""
 
@@ -165,23 +170,23 @@ def reduced_modulus(given):
 
 @computes("paper_arithmetic", r"pi F/\(2 tan", "F", "h")
 def implied_modulus_cone(given):
-    return models.implied_reduced_modulus(given["F"], given["h"], tip(given))
+    return implied_reduced_modulus(given["F"], given["h"], tip(given))
 
 
 @computes("paper_arithmetic", r"F/\(pi/2 R\^2 cot", "F", "h", "R")
 def implied_modulus_shank(given):
-    return models.implied_reduced_modulus(given["F"], given["h"], tip(given), given["R"])
+    return implied_reduced_modulus(given["F"], given["h"], tip(given), given["R"])
 
 
 @computes("paper_arithmetic", r"sqrt\(1-E2/E_r\)", "F", "h", "E2")
 def implied_ratio_rigid(given):
-    found = models.implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
+    found = implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
     return models.implied_poisson_ratio(found, given["E2"])
 
 
 @computes("paper_arithmetic", r"eq\.\(4\) solved for nu2", "F", "h", "E1")
 def implied_ratio(given):
-    found = models.implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
+    found = implied_reduced_modulus(given["F"], given["h"], tip(given), given.get("R"))
     return models.implied_poisson_ratio(found, given["E2"], needle(given, "E1"))
 
 
@@ -236,7 +241,7 @@ def stored_energy(given):
 
 def paper_model(given, ratio=0.0, peak=None):
     depth = given["z1"]
-    found = given.get("E_r") or models.implied_reduced_modulus(peak or PAPER["F"], depth, tip(given))
+    found = given.get("E_r") or implied_reduced_modulus(peak or PAPER["F"], depth, tip(given))
     return nf.preset("paper").replace(
         stiffness=nf.laws.Cone(found, math.radians(given["alpha_deg"])),
         puncture=nf.laws.PunctureDepth(depth),

@@ -19,6 +19,7 @@ from pathlib import Path
 QUIET, APART = 5.0, 2.0  # [s] longest silence; shortest time between two lines of the same job
 COUNTED = re.compile(r"^\s*\[?(\d+)/(\d+)\]? (?:Test +#\d+: )?(.*)")  # ninja and ctest
 FETCHED = re.compile(r"^\s*Downloading (\S+) \((.*)\)")
+SHARE = re.compile(r"^(\w+ \w+)\.\.\. \[ *(\d+)%\] (\S+)")  # sphinx
 INSTALLED = re.compile(r"^Installing collected packages: (.*)")
 
 
@@ -37,6 +38,8 @@ class Job:
             self.words = f"{match[1]} of {match[2]}, {_what(match[3])}"
         elif match := FETCHED.match(line):
             self.words = f"downloading {'-'.join(match[1].split('-')[:2])}, {match[2]}"
+        elif match := SHARE.match(line):
+            self.words = f"{match[1]}, {match[2]} %, {match[3]}"
         elif match := INSTALLED.match(line):
             self.packages, self.before = match[1].split(", "), _installed()
         return bool(match)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures in the report's style, in colours that follow the page's light or dark theme."""
 
-from needleforce.report import canvas
-from needleforce.report.canvas import INK, MEASURED, MODEL, QUIET, SECOND, axis_names, panels
-from needleforce.report.figures import line
+from needleforce.display import canvas
+from needleforce.display.canvas import INK, MEASURED, MODEL, QUIET, SECOND, axis_names, line, panels
 
 __all__ = ["DEPTH", "FIRST", "FORCE", "OTHER", "PAPER", "SPEED", "TIME", "axis_names", "curve", "drawing", "key", "row"]
 

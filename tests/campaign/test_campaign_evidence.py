@@ -186,9 +186,9 @@ def test_repeats_of_one_needle_form_no_groups(tmp_path):
 
 
 @pytest.mark.parametrize("count", [4, 5, 6, 7, 9, 11, 16, 25])
-def test_normal_scatter_forms_two_groups_in_one_of_two_hundred(count):
+def test_normal_scatter_forms_two_groups_in_one_of_two_hundred(count, many):
     # 0.5 % for each of the two parts of the curves; interpolated counts have a small error
-    values = np.random.default_rng(count).normal(0.0, 1.0, (10_000, count))
+    values = np.random.default_rng(count).normal(0.0, 1.0, (many(3000, 10_000), count))
     share = np.mean([groups(each, 0.0) is not None for each in values])
     assert share < 0.0075
 

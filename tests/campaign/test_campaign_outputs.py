@@ -5,17 +5,16 @@ import json
 import random
 import re
 import shutil
-import subprocess
 import sys
 from html.parser import HTMLParser
 
+import command_line
 import pytest
 
 import needleforce as nf
 from needleforce.campaign import campaign
 from needleforce.campaign.result import check_table
 
-COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
 FEW = ("speed_1.csv", "speed_2.csv", "speed_4.csv", "double_1.csv", "double_2.csv", "double_4.csv", "stray.csv",
        "double_5-empty.csv")  # fmt: skip
 
@@ -114,8 +113,11 @@ def test_parquet_without_pyarrow_names_the_extra(done, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+CURVES = ("#88929b", "#c64f00", "#0072b2", "#a3428a", "#00735c", "#6a4fb3")  # repeats, models, anomalous repeats
+
+
 class Page(HTMLParser):
-    """Ids, links within the page, and external resources."""
+    """Ids, links within the page, external resources, and curves."""
 
     def __init__(self, text: str):
         super().__init__()
@@ -128,7 +130,7 @@ class Page(HTMLParser):
         target = given.get("href") or given.get("src") or ""
         self.links |= {target[1:]} if target.startswith("#") else set()
         self.foreign += [target] if target and not target.startswith("#") else []
-        self.lines += tag == "polyline"
+        self.lines += tag == "path" and any(f"stroke: {colour}" in given.get("style", "") for colour in CURVES)
 
 
 def test_the_report_shows_every_repeat_and_every_reason(done, tmp_path):
@@ -166,7 +168,7 @@ def test_a_report_without_curves_is_written(folder, tmp_path):
 
 
 def run(*arguments):
-    return subprocess.run([*COMMAND, "campaign", *map(str, arguments)], capture_output=True, text=True)
+    return command_line.run("campaign", *arguments)
 
 
 def test_the_command(few, tmp_path):

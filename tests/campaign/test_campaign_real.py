@@ -30,12 +30,14 @@ def counted(names) -> Counter:
     return Counter(match[1] for match in matches if match)
 
 
+@pytest.mark.long
 def test_every_file_has_a_result(real, names):
     assert sorted(one.file for one in real.recordings) == names and len(names) == 94
     assert len(real.others) == len(names) - sum(counted(names).values())
     assert set(real.table().file) == {*names, ""}
 
 
+@pytest.mark.long
 def test_the_conditions_are_those_of_the_names(real, names):
     expected = counted(names)
     got = {
@@ -46,6 +48,7 @@ def test_the_conditions_are_those_of_the_names(real, names):
     assert sum(count >= 3 for count in got.values()) == sum(count >= 3 for count in expected.values()) == 14
 
 
+@pytest.mark.long
 def test_without_a_pattern_the_names_give_the_same_conditions(recordings, names, real):
     from needleforce.campaign.field_inference import infer_fields
 
@@ -57,10 +60,12 @@ def test_without_a_pattern_the_names_give_the_same_conditions(recordings, names,
     assert "speed_mm_s, repeat, date" in note
 
 
+@pytest.mark.long
 def test_all_conditions_with_repeats_are_identified(real):
     assert all(each.model is not None for each in real.conditions if len(each.recordings) >= 3)
 
 
+@pytest.mark.long
 def test_strokes_of_another_length_are_reported(real):
     # nine insertions at 15 degrees: the stage moved by 25 mm in four of them, by 30 mm in five
     moved = [one for one in real.recordings if any(anomaly.kind == "motion" for anomaly in one.anomalies)]
@@ -69,12 +74,14 @@ def test_strokes_of_another_length_are_reported(real):
     assert {round(1e3 * one.measured["travel"].value) for one in moved} == {25}
 
 
+@pytest.mark.long
 def test_valid_recordings_rarely_have_anomalies(real):
     kinds = Counter(anomaly.kind for each in real.conditions for one in each.recordings for anomaly in one.anomalies)
     assert set(kinds) <= {"motion", "no_puncture"}  # no other fault is visible in these
     assert kinds["no_puncture"] <= 4
 
 
+@pytest.mark.long
 def test_what_could_not_be_read_is_in_the_table(real):
     made = real.table()
     unreadable = made[(made.quantity == "anomalies") & (made.status == "unreadable")]
@@ -120,6 +127,7 @@ def moved(real):
             yield one.file, dict(wrong_labels(swapped, rest))
 
 
+@pytest.mark.long
 def test_three_of_four_recordings_under_another_specimens_name_are_found(real):
     tried = list(moved(real))
     found = sum(file in named for file, named in tried)

@@ -2,19 +2,12 @@
 """The command line: exit codes, files and messages."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from command_line import run
 
 import needleforce as nf
-
-COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
-
-
-def run(*arguments, cwd=None):
-    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True, cwd=cwd)
 
 
 @pytest.fixture(scope="module")

@@ -7,16 +7,30 @@ import shutil
 import subprocess
 import sys
 
+import command_line
 import pytest
+from command_line import HANGS_S
 
 COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="pipes, devices and names of POSIX")
 
 
-def run(*arguments, cwd=None, environment=None, **options):
+def run(*arguments, cwd=None):
     """Run a command; one that waits for ever fails by its time."""
-    options = {"capture_output": True, "timeout": 600, "stdin": subprocess.DEVNULL} | options
-    done = subprocess.run([*COMMAND, *arguments], cwd=cwd, env=os.environ | (environment or {}), **options)
+    done = command_line.run(*arguments, cwd=cwd)
+    assert "Traceback" not in done.stderr + done.stdout, done.stderr
+    return done
+
+
+def start(*arguments, environment=None, **options):
+    """The same in a process of its own from its first import to its end."""
+    done = subprocess.run(
+        [*COMMAND, *arguments],
+        stdin=subprocess.DEVNULL,
+        timeout=HANGS_S,
+        env=os.environ | (environment or {}),
+        **options,
+    )
     assert b"Traceback" not in (done.stderr or b"") + (done.stdout or b""), done.stderr
     assert b"Exception ignored" not in (done.stderr or b"")
     return done
@@ -68,7 +82,7 @@ def place(tmp_path_factory, root):
 def test_no_command_opens_a_pipe_or_a_device(place, option, kind):
     arguments = [word.format(file=kind, example="example.csv") for word in FILES[option]]
     done = run(*arguments, cwd=place)
-    text = done.stderr.decode()
+    text = done.stderr
     assert done.returncode != 0 or (option == "second" and REFUSED[kind] in text), text
     assert REFUSED[kind] in text or "not a file" in text, text
     assert not list(place.glob("out*"))
@@ -132,7 +146,7 @@ def test_no_text_of_a_file_reaches_the_terminal_as_a_command(tmp_path):
     ]
     for arguments in commands:
         done = run(*arguments, cwd=tmp_path)
-        shown = (done.stdout + done.stderr).decode()
+        shown = done.stdout + done.stderr
         assert done.returncode and not [
             each for each in shown if (each < " " and each not in "\n\t") or each in "\x7f\x9b\u202e"
         ], shown
@@ -142,15 +156,15 @@ def test_no_text_of_a_file_reaches_the_terminal_as_a_command(tmp_path):
 def test_a_closed_standard_output_or_error(arguments):
     for closed in (">&-", "2>&-", ">&- 2>&-", ">&- <&-"):
         shell = f'"$@" {closed}'
-        done = subprocess.run(["sh", "-c", shell, "sh", *COMMAND, *arguments], capture_output=True, timeout=600)
+        done = subprocess.run(["sh", "-c", shell, "sh", *COMMAND, *arguments], capture_output=True, timeout=HANGS_S)
         assert done.returncode == 0 and b"Traceback" not in done.stderr + done.stdout
 
 
 def test_a_reader_that_leaves_and_a_full_disk():
-    done = subprocess.run(["sh", "-c", '"$@" | head -1', "sh", *COMMAND, "laws"], capture_output=True, timeout=600)
+    done = subprocess.run(["sh", "-c", '"$@" | head -1', "sh", *COMMAND, "laws"], capture_output=True, timeout=HANGS_S)
     assert done.stderr == b""
     with open("/dev/full", "w") as full:
-        done = run("laws", stdout=full, capture_output=False, stderr=subprocess.PIPE)
+        done = start("laws", stdout=full, stderr=subprocess.PIPE)
     assert done.returncode == 1 and b"No space left on device" in done.stderr
 
 
@@ -167,5 +181,5 @@ def test_a_reader_that_leaves_and_a_full_disk():
 def test_a_terminal_that_knows_only_ascii(arguments, root, tmp_path):
     environment = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONIOENCODING": "ascii"}
     places = {"example": root / "examples" / "insertion.csv", "out": tmp_path / "out.csv"}
-    done = run(*(word.format(**places) for word in arguments), environment=environment)
+    done = start(*(word.format(**places) for word in arguments), environment=environment, capture_output=True)
     assert done.returncode == 0 and done.stdout.isascii() and done.stderr.isascii()

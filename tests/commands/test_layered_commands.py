@@ -2,22 +2,16 @@
 """Layered fits and comparisons on the command line, on repeats of one layered specimen."""
 
 import json
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from command_line import run
 
 import needleforce as nf
 from needleforce.commands.compare import names_of
 from needleforce.identification.models import LAYERED, MODELS, stiffness_law
 
-COMMAND = [sys.executable, "-c", "from needleforce.cli import main; main()"]
 PUNCTURES = ((7.5e-3, 4.5e-3), (8e-3, 5e-3), (8.5e-3, 4.8e-3))  # m below the tops of the two layers
-
-
-def run(*arguments):
-    return subprocess.run([*COMMAND, *map(str, arguments)], capture_output=True, text=True)
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ PACKAGE = ROOT / "src" / "needleforce"
 CORE = {"core", "display", "errors", "files", "vocabulary", "units", "references"}
 MODELS = CORE | {"mechanics", "models", "preset_files"}
 ALLOWED = {
-    "display": {"errors"},
+    "display": {"errors", "files", "vocabulary"},
     "mechanics": CORE,
     "models": CORE | {"mechanics", "recording"},
     "preset_files": CORE | {"mechanics", "models"},
@@ -31,18 +31,16 @@ ALLOWED = {
     "protocol": MODELS | {"recording", "wire", "acquisition"},
     "mujoco": MODELS | {"fe"},
     "campaign": MODELS | {"recording", "segmentation", "identification"},
-    "report": MODELS | {"recording", "segmentation", "identification", "bench_tests", "campaign", "steering", "fe"},
     "control": MODELS,
     "fe": MODELS | {"recording", "segmentation", "identification"},
     "steering": MODELS | {"display", "recording"},
     "references": set(),
     "export": MODELS,
 }
-# the steps back: a result writes its own report when it is asked to, and identify() reads the bench tests it is given
-REPORTING = ("identification", "bench_tests", "campaign", "steering", "fe")
-EXCEPTIONS = {(place, "report") for place in REPORTING} | {("identification", "bench_tests")}
+# the step back: identify() reads the bench tests it is given
+EXCEPTIONS = {("identification", "bench_tests")}
 # what may not be imported when needleforce is
-SLOW = {"pandas", "scipy", "matplotlib", "typer", "rich"}
+SLOW = {"pandas", "scipy", "matplotlib", "typer", "rich", "jinja2"}
 
 
 def imports(path: Path):

@@ -6,7 +6,7 @@ import pytest
 from scipy.optimize import curve_fit, minimize_scalar
 
 from needleforce.errors import InputError
-from needleforce.identification.one_layer.cycle_fit import fit_cycle, with_saturation_limit
+from needleforce.identification.one_layer.cycle_fit import fit_cycle, limit_saturation
 from needleforce.identification.one_layer.cycle_values import CycleOptions
 
 TRUTH = {
@@ -193,8 +193,8 @@ def test_the_lower_limit_of_a_saturation_may_be_left_for_later():
         fit = fit_cycle(*arrays, CycleOptions(law="cone_cylinder"), limited=False)
         left += fit.low["saturation_depth"] == np.inf
         at_once = fit_cycle(*arrays, CycleOptions(law="cone_cylinder"))
-        later = with_saturation_limit(fit, *arrays)
-        assert later.low == with_saturation_limit(later, *arrays).low == at_once.low
+        later = limit_saturation(fit, *arrays)
+        assert later.low == limit_saturation(later, *arrays).low == at_once.low
         assert 1e-3 < later.low["saturation_depth"] < 3.3e-3
     assert left > 0
 

@@ -27,11 +27,11 @@ def test_intervals_hold_the_truth_at_their_rate(root, filter_length):
 
 
 @pytest.mark.parametrize("filter_length, fades", [(1, 0.0), (50, 0.0), (1, 0.9)])
-def test_draws_hold_the_truth_at_their_rate(root, monkeypatch, filter_length, fades):
+def test_draws_hold_the_truth_at_their_rate(root, monkeypatch, filter_length, fades, many):
     monkeypatch.syspath_prepend(root / "benchmarks")
     share_held = runpy.run_path(str(root / "benchmarks" / "uncertainty.py"))["share_held"]
     row = 5e-3 if fades else 10e-3, filter_length, fades, 3000
-    intervals, draws = share_held(400, row, first_seed=1000 * filter_length)
+    intervals, draws = share_held(many(120, 400), row, first_seed=1000 * filter_length)
     assert intervals.pop("puncture_depth") >= 0.95 and draws.pop("puncture_depth") >= 0.91
     # a filter as long as a tenth of the indentation: errors of law and puncture, taken as independent, cancel in part
     both = [intervals.pop("puncture_force"), draws.pop("puncture_force")]

@@ -11,7 +11,6 @@ from needleforce.identification.statistics.noise import slow_noise
 
 SPEED, RATE, NOISE = 3e-3, 500.0, 4e-3
 FRICTION, CUTTING, CONTACT, PUNCTURE = 25.0, 0.08, 1.0e-3, 5.0e-3
-RUNS = 12
 
 
 def cone(h):
@@ -43,40 +42,50 @@ def fitted(seed, **options):
     return nf.identify(cycle(seed, **options))
 
 
-def held(name, value, **options):
-    """Share of the recordings whose interval holds the value."""
-    found = [fitted(seed, **options).parameters[name] for seed in range(RUNS)]
-    return np.mean([each.low <= value <= each.high for each in found])
+@pytest.fixture(scope="module")
+def seeds(many):
+    return range(many(4, 12))
+
+
+@pytest.fixture(scope="module")
+def held(seeds):
+    """``held(name, value, ...)``: share of the recordings whose interval holds the value."""
+
+    def share(name, value, **options):
+        found = [fitted(seed, **options).parameters[name] for seed in seeds]
+        return np.mean([each.low <= value <= each.high for each in found])
+
+    return share
 
 
 @pytest.mark.parametrize("lag", [0.04, -0.04])
-def test_depths_hold_the_truth_behind_a_lag(lag):
+def test_depths_hold_the_truth_behind_a_lag(held, lag):
     assert held("contact_depth", CONTACT, lag=lag) >= 0.9
     assert held("puncture_depth", PUNCTURE, lag=lag) >= 0.9
 
 
-def test_depths_hold_the_truth_behind_an_undeclared_filter_that_is_found():
-    fits = [fitted(seed, average=20) for seed in range(RUNS)]
+def test_depths_hold_the_truth_behind_an_undeclared_filter_that_is_found(seeds):
+    fits = [fitted(seed, average=20) for seed in seeds]
     found = [fit for fit in fits if any("behind an average filter" in note for note in fit.recordings[0].notes)]
-    assert len(found) >= RUNS // 2  # the others have too few free samples to show it, and are not held
+    assert len(found) >= len(seeds) // 2  # the others have too few free samples to show it, and are not held
     for fit in found:
         for name, value in (("contact_depth", CONTACT), ("puncture_depth", PUNCTURE)):
             assert fit.parameters[name].low <= value <= fit.parameters[name].high
 
 
-def test_friction_holds_the_truth_where_the_surface_grips_the_shaft():
+def test_friction_holds_the_truth_where_the_surface_grips_the_shaft(held):
     assert held("friction_per_length", FRICTION, grip=0.1) >= 0.9
     notes = fitted(0, grip=0.1).recordings[0].notes
     assert any("Insertion and withdrawal disagree on where" in note and "surface may hold" in note for note in notes)
 
 
-def test_strokes_that_agree_are_not_said_to_disagree():
-    notes = [fitted(seed).recordings[0].notes for seed in range(RUNS)]
+def test_strokes_that_agree_are_not_said_to_disagree(seeds):
+    notes = [fitted(seed).recordings[0].notes for seed in seeds]
     assert sum(any("disagree" in note for note in found) for found in notes) <= 2
 
 
 @pytest.mark.parametrize(("share", "least"), [(0.15, 0.6), (0.3, 0.8), (0.5, 0.8)])
-def test_the_contact_carries_the_choice_of_the_law(share, least):
+def test_the_contact_carries_the_choice_of_the_law(held, share, least):
     """The less a polynomial differs from a cone, the less of its weight is left."""
 
     def polynomial(h):

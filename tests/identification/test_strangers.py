@@ -25,7 +25,6 @@ from strangers_judge import (
     wrong_share,
 )
 
-SEEDS = range(200)
 # The bars of the trial stand here and nowhere else.
 MAX_WRONG = 0.01  # share of the judged parameters that are wrong and not warned of
 MAX_DECLINED = 0.10  # share that is declined
@@ -253,8 +252,8 @@ def test_the_benchmark_prints_its_tables(root):
 
 
 @pytest.fixture(scope="module")
-def verdicts():
-    return [trial(seed) for seed in SEEDS]
+def verdicts(many):
+    return [trial(seed) for seed in range(many(40, 200))]
 
 
 def test_no_recording_ends_in_a_traceback(verdicts):

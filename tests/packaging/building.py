@@ -16,8 +16,9 @@ def said(command, **options) -> str:
 
 
 def built(source, build, *options):
-    """Configures a folder with CMake and builds it; the build folder."""
-    ninja = ["-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={TOOLS / 'ninja'}"]
+    """Configures a folder with CMake and builds it, as fast as compilers can; the build folder."""
+    ninja = ["-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={TOOLS / 'ninja'}", "-DCMAKE_UNITY_BUILD=ON"]
+    ninja += ["-DCMAKE_CXX_FLAGS_DEBUG=-O0"]
     said([TOOLS / "cmake", "-S", source, "-B", build, *ninja, *options])
     said([TOOLS / "cmake", "--build", build])
     return build

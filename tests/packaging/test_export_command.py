@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from command_line import run
 
 import needleforce as nf
 from needleforce.cli import main
@@ -18,9 +19,7 @@ def fit(root):
 
 
 def export(*arguments):
-    code = "from needleforce.cli import main; main()"
-    done = subprocess.run([sys.executable, "-c", code, "export", *map(str, arguments)], capture_output=True, text=True)
-    return done.returncode, done.stdout, done.stderr
+    return run("export", *arguments)
 
 
 def test_the_json_of_a_fit_holds_the_whole_model(fit, tmp_path):

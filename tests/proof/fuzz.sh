@@ -27,17 +27,19 @@ cmp -s include/needleforce/insertion.hpp $planted/include/needleforce/insertion.
 
 # division by zero is defined for floating-point numbers; what comes of it is checked at every step
 export compiler="clang++-19 -std=c++20 -O2 -g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
-# of each source the place it is taken from and where its object goes, two at a time, the longest first
+# of each source the place it is taken from, where its object goes, and other options: a property, no sanitizer, is to see the planted fault.
+# Two at a time, the longest first
+plain="-O1 -fno-sanitize=all"
 objects=$folder/objects
 mkdir -p $objects
-xargs -P 2 -L 1 bash -c '$compiler -fsanitize=fuzzer-no-link "-I$1/include" -c "$1/$0.cpp" -o "$2/$(basename "$0").o"' << END
+xargs -P 2 -L 1 bash -c '$compiler ${*:3} -fsanitize=fuzzer-no-link "-I$1/include" -c "$1/$0.cpp" -o "$2/$(basename "$0").o"' << END
 tests/proof/fuzz_bend . $objects
-bindings/c/needleforce $planted $planted
 bindings/c/needleforce . $objects
-tests/proof/fuzz $planted $planted
 tests/proof/fuzz . $objects
 tests/proof/fuzz_live . $objects
 tests/proof/fuzz_solid . $objects
+bindings/c/needleforce $planted $planted $plain
+tests/proof/fuzz $planted $planted $plain
 bindings/c/needleforce_solid . $objects
 bindings/c/needleforce_bend . $objects
 END

@@ -7,9 +7,10 @@ import pytest
 import needleforce as nf
 from needleforce.identification.estimates import Estimate, Quality
 from needleforce.identification.layered.prediction import Ruptures
-from needleforce.identification.layered.result import Evidence, LayeredFit, LayeredSettings
+from needleforce.identification.layered.result import LayeredFit
 from needleforce.identification.recording_fit import RecordingFit
-from needleforce.identification.result import Choice, Fit, FitSettings
+from needleforce.identification.result import Fit
+from needleforce.identification.settings import Choice, Evidence, FitSettings, LayeredSettings
 from needleforce.identification.two_pass.result import Site, TwoPass
 from needleforce.recording.recording import Card, Note, Recording
 from needleforce.segmentation.events import Event, Events, Puncture, Span

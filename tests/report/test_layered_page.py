@@ -11,34 +11,41 @@ from test_report_page import figures, plain
 
 import needleforce as nf
 from needleforce.display.quantities import quantity
-from needleforce.report import write_report
-from needleforce.report.curves import repeats
-from needleforce.report.layers import layer_forces, population_force
-from needleforce.report.words import by_layer
+from needleforce.identification.report.curves import DrawnRepeat, repeats
+from needleforce.identification.report.force_figures import layer_forces
+from needleforce.identification.report.words import by_layer
+
+
+def drawn(fit) -> DrawnRepeat:
+    return repeats(fit.recordings, fit.shared_contact)[0]
+
+
+def forces_of(fit, one) -> list[np.ndarray]:
+    return layer_forces(fit.model, fit.parameters["contact_depth"].value, one)
 
 
 @pytest.fixture
 def page(layered_fit, tmp_path):
-    write_report(layered_fit, tmp_path / "report.html")
+    layered_fit.report(tmp_path / "report.html")
     return (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
 def test_forces_of_the_layers_add_up_to_the_model(layered_fit):
-    one = repeats(layered_fit)[0]
-    forces = layer_forces(layered_fit, one)
+    one = drawn(layered_fit)
+    forces = forces_of(layered_fit, one)
     assert len(forces) == 2 and max(np.abs(forces[1])) > 0.1
     # the sum was simulated in the zero of the surface: equal up to rounding of the depths
     np.testing.assert_allclose(sum(forces), one.model, atol=1e-9)
-    np.testing.assert_allclose(population_force(layered_fit, one), one.model, atol=1e-9)
+    np.testing.assert_allclose(layered_fit.new_insertion(one.fit.recording), one.model, atol=1e-9)
     assert one.indentation.max() == pytest.approx(20.0, abs=0.05)
 
 
 def test_a_power_of_the_speed_scales_every_layer(layered_fit):
     first, second = layered_fit.recordings
     faster = dataclasses.replace(first, predicted=1.2 * first.predicted)
-    one = repeats(dataclasses.replace(layered_fit, recordings=(faster, second)))[0]
-    plain_one = repeats(layered_fit)[0]
-    for fast, slow in zip(layer_forces(layered_fit, one), layer_forces(layered_fit, plain_one)):
+    one = drawn(dataclasses.replace(layered_fit, recordings=(faster, second)))
+    plain_one = drawn(layered_fit)
+    for fast, slow in zip(forces_of(layered_fit, one), forces_of(layered_fit, plain_one)):
         np.testing.assert_allclose(fast, 1.2 * slow, atol=1e-9)
 
 
@@ -59,7 +66,7 @@ def test_the_choice_is_shown(page):
 def test_bic_is_the_criterion_with_fewer_than_three_repeats(layered_fit, tmp_path):
     evidence = tuple(dataclasses.replace(row, left_out=None) for row in layered_fit.settings.evidence[1:])
     fit = dataclasses.replace(layered_fit, settings=dataclasses.replace(layered_fit.settings, evidence=evidence))
-    write_report(fit, tmp_path / "report.html")
+    fit.report(tmp_path / "report.html")
     words = plain((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert (
         "fewer than three repeats the choice with the lowest BIC is taken" in words
@@ -95,7 +102,7 @@ def test_a_rupture_that_no_run_reached_has_no_depth(layered_fit, tmp_path):
     name = "layer_2_puncture_depth"
     unreached = dataclasses.replace(layered_fit.parameters[name], identifiable=False)
     fit = dataclasses.replace(layered_fit, parameters=layered_fit.parameters | {name: unreached})
-    write_report(fit, tmp_path / "report.html")
+    fit.report(tmp_path / "report.html")
     words = plain((tmp_path / "report.html").read_text(encoding="utf-8"))
     assert "one of them ruptures with the tip 8.00 mm below the surface" in words
 

@@ -8,10 +8,14 @@ import numpy as np
 import pytest
 from test_report_page import figures, plain
 
-from needleforce.identification.compare import ModelRow
+from needleforce.identification.comparison import (
+    Comparison,
+    ModelRow,
+    best_possible,
+    floor_words,
+    model_rows,
+)
 from needleforce.identification.cross_validation import CrossValidation
-from needleforce.report import write_comparison
-from needleforce.report.models_page import best_possible, floor_words, model_rows, over_floor
 
 FLOOR = np.array([0.03, 0.04, 0.05])
 
@@ -28,16 +32,18 @@ def row(model: str, factor: float, floor=FLOOR, **options) -> ModelRow:
 
 @pytest.fixture
 def rows():
-    return (
-        row("layered", 1.1, bic=math.nan, bic_correlated=math.nan),
-        row("cone_cylinder", 1.2, ties=True),
-        row("paper", 3.2, bic=40.0, bic_correlated=3.0, notes=("<b> was held",)),
+    return Comparison(
+        (
+            row("layered", 1.1, bic=math.nan, bic_correlated=math.nan),
+            row("cone_cylinder", 1.2, ties=True),
+            row("paper", 3.2, bic=40.0, bic_correlated=3.0, notes=("<b> was held",)),
+        )
     )
 
 
 @pytest.fixture
 def page(rows, tmp_path):
-    write_comparison(rows, tmp_path / "compare.html", files=["runs/<1>.csv"])
+    rows.report(tmp_path / "compare.html", files=["runs/<1>.csv"])
     return (tmp_path / "compare.html").read_text(encoding="utf-8")
 
 
@@ -61,7 +67,7 @@ def test_lowest_error_of_any_model_agrees_with_random_repeats(rows):
 
 def test_dots_have_the_rms_of_the_table_and_omit_repeats_without_a_floor():
     floor = np.array([0.03, np.nan, 0.04, 0.05])
-    prediction, replay, floors = over_floor(row("any", 2.0, floor).cross_validation)
+    prediction, replay, floors = row("any", 2.0, floor).cross_validation.dots()
     assert len(prediction) == 3
     for dots, rms in ((prediction, 2.0), (replay, 1.8), (floors, 1.0)):
         assert np.sqrt(np.mean(dots**2)) == pytest.approx(rms)
@@ -80,13 +86,13 @@ def test_the_page_is_complete_offline_and_escaped(page):
 
 
 def test_without_a_floor_the_page_gives_the_reason(tmp_path):
-    few = (row("paper", 1.0, np.full(2, np.nan)),)
-    write_comparison(few, tmp_path / "compare.html")
+    few = Comparison((row("paper", 1.0, np.full(2, np.nan)),))
+    few.report(tmp_path / "compare.html")
     text = (tmp_path / "compare.html").read_text(encoding="utf-8")
     assert figures(text) == [] and model_rows(few)[0][-1] == "best"
     assert "no repeatability floor: it needs 3 repeats of the same motion" in plain(text)
 
 
 def test_same_rows_same_bytes(rows, page, tmp_path):
-    write_comparison(rows, tmp_path / "again.html", files=["runs/<1>.csv"])
+    rows.report(tmp_path / "again.html", files=["runs/<1>.csv"])
     assert (tmp_path / "again.html").read_text(encoding="utf-8") == page

@@ -9,7 +9,10 @@ import pytest
 from needleforce.bench_tests import penetration_tests
 
 pytest.importorskip("matplotlib")
-from needleforce.report.penetration_page import penetration_page
+
+
+def penetration_page(tests) -> str:
+    return tests._page().html()
 
 
 def curve(seed, scale=1.0):

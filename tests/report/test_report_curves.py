@@ -4,7 +4,8 @@
 import numpy as np
 import pytest
 
-from needleforce.report.curves import anomalous_recordings, binned, envelope, loading, repeats, representative
+from needleforce.display.canvas import envelope
+from needleforce.identification.report.curves import anomalous_recordings, binned, loading, repeats, representative
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.3, 0.99])
@@ -39,7 +40,7 @@ def test_bins_have_mean_and_range_and_nan_if_empty():
 
 
 def test_repeats_are_in_seconds_and_millimetres_from_their_own_contact(make_fit):
-    one = repeats(make_fit(1))[0]
+    one = repeats(make_fit(1).recordings, None)[0]
     assert one.time[0] == 0.0 and one.indentation.max() == pytest.approx(20.0, abs=0.05)
     assert one.inward.any() and not (one.inward & one.outward).any()
     part = loading(one)
@@ -48,6 +49,7 @@ def test_repeats_are_in_seconds_and_millimetres_from_their_own_contact(make_fit)
 
 def test_the_median_recording_represents_and_the_anomalous_one_is_found(make_fit):
     fit = make_fit(4, anomalous=2)
-    assert anomalous_recordings(fit) == {2} and anomalous_recordings(make_fit(2, anomalous=2)) == set()
-    assert representative(repeats(fit)).number != 2
+    assert anomalous_recordings(fit.recordings) == {2}
+    assert anomalous_recordings(make_fit(2, anomalous=2).recordings) == set()
+    assert representative(repeats(fit.recordings, None)).number != 2
     assert representative(()) is None

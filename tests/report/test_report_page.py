@@ -10,9 +10,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from needleforce import __version__
-from needleforce.report import write_report
-from needleforce.report.campaign_page import field_name
-from needleforce.report.canvas import Labels
+from needleforce.campaign.page import field_name
+from needleforce.display.canvas import Labels
 
 TABLE = [
     {"quantity": "tissue_young_modulus", "unit": "Pa", "paper": 116e3, "paper_sd": None, "true": 116e3,
@@ -29,7 +28,7 @@ def report(tmp_path):
     """Writes a report and returns its text."""
 
     def write(fit, **options) -> str:
-        write_report(fit, tmp_path / "report.html", **options)
+        fit.report(tmp_path / "report.html", **options)
         return (tmp_path / "report.html").read_text(encoding="utf-8")
 
     return write
@@ -156,9 +155,9 @@ def test_a_fit_without_model_gives_the_reasons(empty_fit, report):
     assert "No column." in words
 
 
-def test_nothing_is_written_if_the_page_cannot_be_made(tmp_path):
-    with pytest.raises(AttributeError):
-        write_report(None, tmp_path / "report.html")
+def test_nothing_is_written_if_the_page_cannot_be_made(make_fit, tmp_path):
+    with pytest.raises(KeyError):
+        make_fit(1).report(tmp_path / "report.html", table=[{"unit": "N"}])
     assert list(tmp_path.iterdir()) == []
 
 

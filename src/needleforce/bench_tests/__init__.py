@@ -9,12 +9,14 @@ from .elastica import (
     elastica_deflection,
     three_point_load,
 )
+from .law_fit import LawFit, StressCurve
 from .laws import LAWS, MODES, initial_modulus, nominal_stress, stable_range, strain_energy
 from .ogden import fit_ogden
 from .penetration import PenetrationTest, penetration_test
 from .penetration_statistics import PenetrationTests, penetration_tests
 from .reading import needle_estimate, read_bending, read_stress, tissue_estimate
-from .stress_fit import MAX_MISFIT, LawFit, StressCurve, StressFit, fit_stress, modulus_by_mode
+from .stress_fit import fit_stress
+from .stress_result import MAX_MISFIT, StressFit, modulus_by_mode
 
 __all__ = [
     "LAWS",

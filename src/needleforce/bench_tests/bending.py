@@ -2,6 +2,7 @@
 """Young modulus of a needle from the readings of a bending test, large deflections included."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -9,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..core import Needle
-from ..display.quantities import percent
+from ..display.quantities import percent, plain, quantity
 from ..errors import InputError
-from ..identification.estimates import Estimate
-from ..identification.statistics.noise import student_quantile
+from ..identification.estimates import Estimate, EstimateResult
+from ..identification.statistics.noise import INTERVAL, student_quantile
 from .elastica import three_point_load, tip_compliance, tip_of_cantilever
 from .stress_fit import ROUNDING, inflation_of
 
@@ -23,8 +24,8 @@ SOFTER_STARTS = (0.5, 0.2)  # [of the modulus for small deflections] further sta
 _STEP = 1e-5  # relative, of the derivatives of the readings
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class BendingFit:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class BendingFit(EstimateResult):
     """Young modulus of a needle from bending.
 
     Attributes
@@ -71,6 +72,30 @@ class BendingFit:
             ),
         ]
         return tuple(each for each in found if math.isfinite(each.value) and each.value != 0.0)
+
+    def _heading(self) -> str:
+        return f"Bending of a needle, {int(self.used.sum())} readings"
+
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        rows = [("bending stiffness E I", f"{self.bending_stiffness:.4g} N m²"), ("slack", plain(self.slack, "m"))]
+        if self.young_modulus == self.young_modulus:
+            rows.insert(0, ("Young's modulus", str(quantity(self.young_modulus, self.low, self.high, "Pa"))))
+            rows.append(("by the formula for small deflections", plain(self.small_deflection_modulus, "Pa")))
+        if self.clamp_compliance:
+            limits = (self.clamp_compliance, self.clamp_low, self.clamp_high)
+            rows.append(("clamp compliance", str(quantity(*limits, "rad/(N m)"))))
+        return ("quantity", f"value, {INTERVAL}"), [*rows, ("misfit", f"{percent(self.misfit)} of the peak")]
+
+    def document(self) -> dict:
+        """The numbers for JSON: ``parameters`` as of every other result, what else was found next to them."""
+        return super().document() | {
+            "bending_stiffness_Nm2": self.bending_stiffness,
+            "slack_m": self.slack,
+            "small_deflection_modulus_Pa": self.small_deflection_modulus,
+            "misfit": self.misfit,
+            "readings": int(self.used.sum()),
+            "notes": list(self.notes),
+        }
 
 
 def needle_modulus(

@@ -1,13 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
 """Penetration test of a needle: force over travel through a film or foil, and the figures of its report."""
 
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..display.axes import FORCE, TRAVEL
+from ..display.canvas import MEASURED, MODEL
 from ..display.quantities import counted, plain, quantity
-from ..display.tables import blocks, text_list, text_table
+from ..display.result import Result
 from ..identification.statistics.noise import INTERVAL, TWO_SIDED
 from .penetration_curve import (
     Curve,
@@ -23,6 +26,9 @@ from .penetration_curve import (
 )
 from .penetration_peaks import peaks, steps
 from .penetration_tops import Feature, top_of
+
+if TYPE_CHECKING:
+    import pandas
 
 MIN_SAMPLES = 20  # of a curve
 FALL_PASSED = 0.9  # of a fall, after which the force may be steady
@@ -82,7 +88,7 @@ class Figure:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class PenetrationTest:
+class PenetrationTest(Result):
     """The figures of one needle.
 
     Parameters
@@ -127,10 +133,41 @@ class PenetrationTest:
         ]
         return f"<PenetrationTest {self.name}: {', '.join(known) or self['max_force'].reason}>"
 
-    def __str__(self) -> str:
+    def _heading(self) -> str:
+        return f"Penetration test {self.name}"
+
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         rows = [(each.meaning, str(each), each.reason) for each in self.figures.values()]
-        table = text_table(("figure", f"value, {INTERVAL}", "not given because"), rows)
-        return blocks(f"Penetration test {self.name}", table, text_list("Notes", self.notes))
+        return ("figure", f"value, {INTERVAL}", "not given because"), rows
+
+    def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Notes", self.notes
+
+    def _draw(self, axes: Any) -> tuple[str, ...]:
+        """Force over travel with peaks and plateau."""
+        axes.plot(1e3 * self.travel, self.force, color=MEASURED, lw=0.9)
+        places = [each.travel for each in self.features], [each.force for each in self.features]
+        axes.plot(1e3 * np.array(places[0]), places[1], "o", color=MODEL, label="peaks and steps" if places[0] else "")
+        if self.plateau is not None:
+            ends, drag = 1e3 * np.array([self.plateau.start, self.plateau.stop]), [self.plateau.mean] * 2
+            axes.plot(ends, drag, color=MODEL, lw=2.2, label="plateau drag")
+        return TRAVEL, FORCE, self.name
+
+    def document(self) -> dict:
+        """The numbers for JSON: figures, peaks and plateau."""
+        return {
+            "figures": [asdict(each) for each in self.figures.values()],
+            "peaks": [asdict(each) for each in self.features],
+            "plateau": None if self.plateau is None else asdict(self.plateau),
+            "noise_N": self.noise,
+            "notes": list(self.notes),
+        }
+
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """A pandas DataFrame with a row for each figure, indexed by name."""
+        import pandas
+
+        return pandas.DataFrame([asdict(each) for each in self.figures.values()]).set_index("name")
 
 
 def penetration_test(

@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """Statistics of the penetration tests of several needles, by group."""
 
-import os
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import stdtrit
 
+from ..display.axes import FORCE, TRAVEL
 from ..display.quantities import counted, plain, quantity
-from ..display.tables import blocks, text_list, text_table
+from ..display.result import Result
 from ..errors import InputError
 from ..identification.statistics.noise import INTERVAL
 from ..recording import Recording
@@ -19,6 +19,8 @@ from .penetration import FIGURES, PenetrationTest, penetration_test, without_fig
 
 if TYPE_CHECKING:
     import pandas
+
+    from ..display.page import Page
 
 REPEAT = re.compile(r"[\s_.#-]+\d+$")  # the number of a repeat at the end of a name
 SUMMARY_FIGURES = ("entry_force", "heel_force", "drag", "max_force", "work")
@@ -58,7 +60,7 @@ class FigureStatistics:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
-class PenetrationTests:
+class PenetrationTests(Result):
     """The penetration tests of several needles.
 
     Parameters
@@ -133,44 +135,33 @@ class PenetrationTests:
         sd = np.nanstd(rows, axis=0, ddof=1) if len(curves) > 1 else np.zeros(POINTS)
         return grid, np.nanmean(rows, axis=0), np.where(np.isfinite(sd), sd, 0.0)
 
-    def plot(self, axes: Any = None) -> Any:
-        """Draw all curves over travel, with the mean of each group and its band of a standard deviation.
+    def _heading(self) -> str:
+        return f"PenetrationTests: {counted(len(self.tests), 'needle')} in {counted(len(self.groups), 'group')}"
 
-        Parameters
-        ----------
-        axes : matplotlib.axes.Axes, optional
-            Where to draw; the default is a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-        """
-        from ..report.penetration_page import draw_curves
-
-        return draw_curves(self, axes)
-
-    def report(self, path: str | os.PathLike, title: str | None = None) -> None:
-        """Write the report as one HTML file that needs no network.
-
-        Parameters
-        ----------
-        path : str or os.PathLike
-            The file.
-        title : str, optional
-            Title of the page; None gives the numbers of needles and groups.
-        """
-        from ..report import write_penetration_report
-
-        write_penetration_report(self, path, title=title)
-
-    def __repr__(self) -> str:
-        return f"<PenetrationTests: {counted(len(self.tests), 'needle')} in {counted(len(self.groups), 'group')}>"
-
-    def __str__(self) -> str:
-        rows = [statistics_cells(each) for each in self.statistics() if each.n]
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         head = ("group", "figure", "n", f"mean, {INTERVAL}", "sd", "median", "range", "missing")
-        without = (f"{test.name}: {test['max_force'].reason}" for test in self.tests if test.empty)
-        return blocks(repr(self)[1:-1], text_table(head, rows), text_list("Without figures", without))
+        return head, [statistics_cells(each) for each in self.statistics() if each.n]
+
+    def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Without figures", [f"{test.name}: {test['max_force'].reason}" for test in self.tests if test.empty]
+
+    def _draw(self, axes: Any) -> tuple[str, ...]:
+        """All curves over travel, with the mean of each group and its band of a standard deviation."""
+        from .penetration_page import draw_curves
+
+        draw_curves(axes, self)
+        return TRAVEL, FORCE, "Penetration tests"
+
+    def document(self) -> dict:
+        """The numbers for JSON: a dict for each needle with figures and peaks, and the statistics."""
+        group_of = {id(test): group for group, tests in self.groups.items() for test in tests}
+        needles = [{"name": test.name, "group": group_of[id(test)], **test.document()} for test in self.tests]
+        return {"needles": needles, "statistics": [asdict(each) for each in self.statistics()]}
+
+    def _page(self) -> "Page":
+        from .penetration_page import penetration_page
+
+        return penetration_page(self)
 
 
 def statistics_cells(each: FigureStatistics) -> tuple[str, ...]:

@@ -226,3 +226,18 @@ def needle_estimate(path: str | Path, needle: Needle) -> Estimate:
     clamp = ", elastic clamp" if found.clamp_compliance else ""
     source = f"cantilever, large deflections{clamp}, {len(found.used)} readings; misfit {percent(found.misfit)}"
     return Estimate("needle_young_modulus", found.young_modulus, "Pa", *limits, source=source)
+
+
+def bench_estimates(
+    bending: str | Path | None, tension: str | Path | None, needle: Needle | None
+) -> dict[str, Estimate]:
+    """The estimates of the bench tests by name. Raises InputError for a bending test without a needle."""
+    found = []
+    if bending is not None:
+        if needle is None:
+            step = "Give needle=nf.Needle(...) or a preset's .needle."
+            raise InputError("needle", "missing", "the bending test needs its section and length", next_step=step)
+        found.append(needle_estimate(bending, needle))
+    if tension is not None:
+        found.append(tissue_estimate(tension))
+    return {estimate.name: estimate for estimate in found}

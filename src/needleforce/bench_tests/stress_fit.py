@@ -4,11 +4,10 @@ interval that includes that choice."""
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..display.quantities import percent
 from ..errors import InputError
@@ -17,58 +16,15 @@ from ..identification.statistics.noise import LEVEL
 from ..vocabulary import SMALLEST
 from .law_fit import LawFit, Readings, StressCurve, solved, without_unstable
 from .laws import (
-    MODES,
-    initial_stiffness,
     laws_named,
     mode_number,
-    nominal_stress,
 )
+from .stress_result import MAX_MISFIT, MIN_WEIGHT, StressFit
 
-MAX_MISFIT = 0.05  # [of the peak stress] rms residual above which a warning is given
-MIN_WEIGHT = 0.05  # a law with a smaller weight does not fit comparably
 ROUNDING = 1e-9  # [of the peak stress] a smaller residual is rounding
 MIN_READINGS = 3
 MAX_FITTED_READINGS = 1000  # of a curve; more are averaged in blocks of neighbours
 MIN_FREEDOM = 1.0  # of a standard error: Student's distribution has no fewer
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class StressFit:
-    """The laws fitted to one material, the best first, and its initial Young modulus.
-
-    Attributes
-    ----------
-    laws : tuple of LawFit
-        By weight; excluded laws last.
-    young_modulus : Estimate
-        E [Pa] of the best law. Its interval is that of the mixture of all laws by their weights.
-    curves : tuple of StressCurve
-        The readings used, in the order of stretch; means of neighbours if there are more than a thousand.
-    effective_readings : float
-        How many independent readings the correlated ones count for.
-    notes : tuple of str
-        Assumptions and limits, in sentences.
-    """
-
-    laws: tuple[LawFit, ...]
-    young_modulus: Estimate
-    curves: tuple[StressCurve, ...]
-    effective_readings: float
-    notes: tuple[str, ...]
-
-    @property
-    def best(self) -> LawFit:
-        """The law with the largest weight."""
-        return self.laws[0]
-
-    @property
-    def misfit(self) -> float:
-        """Root mean square residual of the best law over the largest stress [1]."""
-        return self.best.misfit
-
-    def predict(self, stretch: ArrayLike, mode: str = "uniaxial") -> np.ndarray:
-        """Nominal stress [Pa] of the best law at ``stretch`` (any shape) [1]."""
-        return nominal_stress(self.best.law, stretch, self.best.coefficients, mode)
 
 
 def fit_stress(
@@ -332,9 +288,3 @@ def _between(low: float, high: float) -> str:
 def is_determined(fit: StressFit) -> bool:
     """Whether the interval of the modulus excludes 0."""
     return fit.young_modulus.identifiable
-
-
-def modulus_by_mode(fit: StressFit) -> dict[str, float]:
-    """E [Pa] that the same initial slope of one curve means in each loading mode."""
-    slope = fit.young_modulus.value * float(initial_stiffness(mode_number(fit.curves[0].mode)))
-    return {mode: slope / float(initial_stiffness(t)) for mode, t in MODES.items()}

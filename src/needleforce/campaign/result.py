@@ -2,17 +2,16 @@
 """The result of a campaign: recordings and conditions, as objects, as one tidy table, and as JSON."""
 
 import dataclasses
-import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from ..display.markup import Markup, element, join, listing, table
+from ..display.axes import FORCE, INDENTATION
 from ..display.quantities import counted, percent
-from ..display.tables import blocks, text_list, text_table
-from ..files import atomic_write, csv_text, json_safe
+from ..display.result import Result
+from ..files import atomic_write, csv_text
 from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
 from ..recording.formats.parquet import pyarrow_for
@@ -25,6 +24,8 @@ MAX_NAMED = 4  # conditions in one note
 
 if TYPE_CHECKING:
     import pandas
+
+    from ..display.page import Page
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -72,7 +73,7 @@ class Condition:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Campaign:
+class Campaign(Result):
     """The result of a campaign.
 
     Parameters
@@ -107,16 +108,6 @@ class Campaign:
         warnings = (f"{_named(names)}: {text}" for text, names in warned.items())
         return (*self.notes, *warnings, *(f"{file} is not a recording: {why}" for file, why in self.not_recordings))
 
-    def table(self) -> "pandas.DataFrame":
-        """Make one tidy table.
-
-        Returns
-        -------
-        pandas.DataFrame
-            A row for each recording and quantity, and for each condition and quantity, in SI.
-        """
-        return _tidy(self)
-
     def save_table(self, path: str | os.PathLike) -> None:
         """Write the table as Parquet (``.parquet``, needs pyarrow) or otherwise as CSV.
 
@@ -132,34 +123,19 @@ class Campaign:
         """
         _save_table(self, path)
 
-    def to_json(self) -> str:
-        """Return the result as JSON text; values that are not finite are null."""
-        return _document(self)
-
-    def report(self, path: str | os.PathLike) -> None:
-        """Write the report as one HTML file that needs no network.
-
-        Parameters
-        ----------
-        path : str or os.PathLike
-            The file.
-
-        Raises
-        ------
-        InputError
-            The file cannot be written.
-        """
-        from ..report import write_campaign_report
-
-        write_campaign_report(self, path)
-
     def to_dataframe(self) -> "pandas.DataFrame":
-        """The tidy table, as ``table()``."""
-        return self.table()
+        """One tidy table: a row for each recording and quantity, and for each condition and quantity, in SI."""
+        return _tidy(self)
 
-    def _rows(self) -> list[tuple[str, ...]]:
-        """One row of text for each condition, under ``CONDITIONS_HEAD``."""
-        return [
+    table = to_dataframe
+
+    def _heading(self) -> str:
+        identified = sum(each.model is not None for each in self.conditions)
+        conditions, recordings = counted(len(self.conditions), "condition"), counted(len(self.recordings), "recording")
+        return f"Campaign of {recordings}: {identified} of {conditions} identified"
+
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        rows = [
             (
                 each.name,
                 f"{len(each.pooled)} of {len(each.recordings)}",
@@ -169,21 +145,31 @@ class Campaign:
             )
             for each in self.conditions
         ]
+        return CONDITIONS_HEAD, rows
 
-    def _heading(self) -> str:
-        identified = sum(each.model is not None for each in self.conditions)
-        conditions, recordings = counted(len(self.conditions), "condition"), counted(len(self.recordings), "recording")
-        return f"Campaign of {recordings}: {identified} of {conditions} identified"
+    def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Notes", self.all_notes
 
-    def __repr__(self) -> str:
-        return f"<{self._heading()}>"
+    def _draw(self, axes: Any) -> tuple[str, ...]:
+        """The model of each condition along the motion of one of its repeats."""
+        for each in self.conditions:
+            if each.shown is not None:
+                axes.plot(1e3 * each.shown.indentation, each.shown.force, lw=1.2, label=each.name)
+        return INDENTATION, FORCE, "Models of the conditions"
 
-    def __str__(self) -> str:
-        return blocks(self._heading(), text_table(CONDITIONS_HEAD, self._rows()), text_list("Notes", self.all_notes))
+    def document(self) -> dict:
+        """The complete result as dicts and lists, as ``to_json`` writes it."""
+        return {
+            "conditions": [_condition_document(each) for each in self.conditions],
+            "others": [_recording_document(each) for each in self.others],
+            "notes": list(self.notes),
+            "not_recordings": [{"file": file, "why": why} for file, why in self.not_recordings],
+        }
 
-    def _repr_html_(self) -> Markup:
-        notes = listing(self.all_notes) if self.all_notes else ""
-        return join([element("p", self._heading()), table(CONDITIONS_HEAD, self._rows()), notes])
+    def _page(self) -> "Page":
+        from .page import campaign_page
+
+        return campaign_page(self)
 
 
 def _named(names: list[str]) -> str:
@@ -275,17 +261,6 @@ def _row(estimate: Estimate, sentences: dict[str, str], flagged: bool) -> dict:
         "unit": estimate.unit, "identifiable": estimate.identifiable, "outlier": flagged,
         "why": sentences.get(estimate.name, ""),
     }  # fmt: skip
-
-
-def _document(campaign: Campaign) -> str:
-    """The complete result as JSON text; values that are not finite become null."""
-    document = {
-        "conditions": [_condition_document(each) for each in campaign.conditions],
-        "others": [_recording_document(each) for each in campaign.others],
-        "notes": list(campaign.notes),
-        "not_recordings": [{"file": file, "why": why} for file, why in campaign.not_recordings],
-    }
-    return json.dumps(json_safe(document), indent=2, allow_nan=False)
 
 
 def _condition_document(condition: Condition) -> dict:

@@ -2,10 +2,10 @@
 """``needleforce tension``, ``bending`` and ``penetration``: moduli of tissue and needle, and the figures of penetration
 tests, from bench tests."""
 
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -25,14 +25,11 @@ LAW_HELP = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class TensionFlags:
+class TensionFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``tension``."""
 
-    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = field(
-        default_factory=list
-    )
-    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = field(default_factory=list)
+    mode: Annotated[list[str], typer.Option(help=MODE_HELP + " Once for all files, or once for each.")] = []
+    law: Annotated[list[str], typer.Option(help=LAW_HELP)] = []
     min_stretch: Annotated[float, typer.Option(help="Readings at a smaller stretch are not used.")] = 0.0
     max_stretch: Annotated[float, typer.Option(help="Readings at a larger stretch are not used.")] = float("inf")
     fit_zero: Annotated[
@@ -42,8 +39,8 @@ class TensionFlags:
     gauge_length_mm: Annotated[
         float | None, typer.Option(help="Undeformed length, for a column of length or displacement.")
     ] = None
-    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = field(default_factory=list)
-    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = field(default_factory=list)
+    column: Annotated[list[str], typer.Option(help=COLUMN_HELP)] = []
+    unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = []
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
     figure: Annotated[Path | None, typer.Option(help="Write a figure: .svg, .png or .pdf.")] = None
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
@@ -109,47 +106,18 @@ def _check_figure(figure: Path | None) -> None:
 
 def stress_document(fit: "StressFit", files: list[str], assumptions: tuple[str, ...], mode_assumed: bool) -> dict:
     """The fit as a document for JSON."""
-    from ..bench_tests.laws import coefficient_names
-
-    return {
-        "files": files,
-        "modes": [curve.mode for curve in fit.curves],
-        "mode_assumed": mode_assumed,
-        "readings": [len(curve.stress) for curve in fit.curves],
-        "effective_readings": fit.effective_readings,
-        "parameters": [asdict(fit.young_modulus)],
-        "law": fit.best.law,
-        "misfit": fit.misfit,
-        "laws": [
-            {
-                "law": law.law,
-                "coefficients": dict(zip(coefficient_names(law.law), law.coefficients.tolist(), strict=True)),
-                "young_modulus_Pa": law.young_modulus,
-                "standard_error_Pa": law.standard_error,
-                "misfit": law.misfit,
-                "criterion": law.criterion,
-                "weight": law.weight,
-                "stable_stretch": {mode: list(ends) for mode, ends in law.stable.items()},
-                "excluded": law.excluded,
-            }
-            for law in fit.laws
-        ],
-        "assumptions": list(assumptions),
-        "notes": list(fit.notes),
-    }
+    own = {"files": files, "mode_assumed": mode_assumed, "assumptions": list(assumptions)}
+    return own | fit.document()
 
 
 def _write_stress(
     fit: "StressFit", figure: Path | None, report: Path | None, assumptions: tuple[str, ...], mode_assumed: bool
 ) -> None:
-    from ..report import write_stress_report
-    from ..report.bench_page import save_figure
-
     if figure is not None:
-        save_figure(fit, figure)
+        fit.save_figure(figure)
         say(f"figure: {figure}")
     if report is not None:
-        write_stress_report(fit, report, assumptions=assumptions, mode_assumed=mode_assumed)
+        fit.report(report, assumptions=assumptions, mode_assumed=mode_assumed)
         say(f"report: {report}")
 
 
@@ -157,10 +125,10 @@ def _show_stress(fit: "StressFit", assumptions: tuple[str, ...], mode_assumed: b
     for sentence in assumptions:
         say(f"assumed: {sentence}")
     if not quiet:
-        from ..report.bench_page import LAW_HEAD, law_rows, outcome
+        from ..bench_tests.stress_result import LAW_HEAD, law_rows
 
         table("laws, best first", list(LAW_HEAD), [list(row) for row in law_rows(fit)])
-        show(outcome(fit, mode_assumed))
+        show(fit.headline(mode_assumed))
     for sentence in fit.notes:
         say(f"warning: {sentence}")
 
@@ -198,7 +166,7 @@ def bending(
         raise typer.Exit(1) from None
     for sentence in assumptions:
         say(f"assumed: {sentence}")
-    write_json({"file": str(file), **_bending_document(fit)}, json)
+    write_json({"file": str(file), **fit.document()}, json)
     _show_bending(fit, quiet=json == "-")
 
 
@@ -212,33 +180,8 @@ def _bending_fit(readings: dict, body: object, span_mm: float | None, compliance
     return three_point_modulus(readings["force"], readings["deflection"], span_mm / 1e3, moment)
 
 
-def _bending_document(fit: "BendingFit") -> dict:
-    """The fit as a document for JSON: ``parameters`` as of every other result, what else was found next to them."""
-    return {
-        "parameters": [asdict(each) for each in fit.estimates],
-        "bending_stiffness_Nm2": fit.bending_stiffness,
-        "slack_m": fit.slack,
-        "small_deflection_modulus_Pa": fit.small_deflection_modulus,
-        "misfit": fit.misfit,
-        "readings": int(fit.used.sum()),
-        "notes": list(fit.notes),
-    }
-
-
 def _show_bending(fit: "BendingFit", quiet: bool) -> None:
-    from ..display.quantities import percent, plain, quantity
-    from ..identification.statistics.noise import INTERVAL
-
     if not quiet:
-        rows = [["bending stiffness E I", f"{fit.bending_stiffness:.4g} N m²"], ["slack", plain(fit.slack, "m")]]
-        if fit.young_modulus == fit.young_modulus:
-            value = str(quantity(fit.young_modulus, fit.low, fit.high, "Pa"))
-            rows.insert(0, ["Young's modulus", value])
-            rows.append(["by the formula for small deflections", plain(fit.small_deflection_modulus, "Pa")])
-        if fit.clamp_compliance:
-            limits = (fit.clamp_compliance, fit.clamp_low, fit.clamp_high)
-            rows.append(["clamp compliance", str(quantity(*limits, "rad/(N m)"))])
-        rows.append(["misfit", f"{percent(fit.misfit)} of the peak"])
-        table("bending", ["quantity", f"value, {INTERVAL}"], rows)
+        table("bending", *fit.cells())
     for sentence in fit.notes:
         say(f"warning: {sentence}")

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce campaign``: identify a model for each condition in a folder of recordings."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
 from ..recording.options import ReadOptions
@@ -21,8 +21,7 @@ MAPPING_HELP = "CSV table with a column named file and one column for each field
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
-@dataclass(frozen=True, kw_only=True)
-class CampaignFlags:
+class CampaignFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``campaign``."""
 
     pattern: Annotated[str | None, typer.Option(help=PATTERN_HELP)] = None

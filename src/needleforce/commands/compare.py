@@ -36,11 +36,7 @@ def run(
 ) -> None:
     """Fit several models to the same recordings and compare the BIC of the loading curve and the error of predicting
     held-out repeats."""
-    import dataclasses
-
     import needleforce as nf
-
-    from ..report import write_comparison
 
     check_outputs([json, report], files)
     done = screen_recordings(read_all(files, reading))
@@ -50,9 +46,9 @@ def run(
     if not readable(done):
         raise typer.Exit(1)
     rows = nf.compare(readable(done), names_of(models), progress=progress)
-    write_json([dataclasses.asdict(row) for row in rows], json)
+    write_json(rows.to_json(), json)
     if report is not None:
-        write_comparison(rows, report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
+        rows.report(report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
         say(f"report: {report}")
     _show(rows, quiet=json == "-")
     if all(math.isnan(row.bic) and math.isnan(row.nrmse) for row in rows):
@@ -67,7 +63,7 @@ def names_of(models: str) -> list[str]:
 
 
 def _show(rows: "Sequence[ModelRow]", quiet: bool) -> None:
-    from ..report.models_page import MODELS, floor_words, model_rows
+    from ..identification.comparison import MODELS, floor_words, model_rows
 
     if quiet:
         return

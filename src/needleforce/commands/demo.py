@@ -22,16 +22,14 @@ def run(
     """Reproduce the paper: simulate its experiment, identify it by the paper's procedure, compare with its table."""
     from ..demonstration import demonstrate
     from ..identification.statistics.noise import INTERVAL
-    from ..report import write_report
 
     check_outputs([json])
     done = demonstrate(out, seed=seed, progress=progress)
     write_json(done.table, str(out / "results.json"))
     write_json(done.table, json)
     for _ in progress([None], "writing the report"):
-        write_report(
-            done.fit, out / "report.html", title="The paper's experiment, reproduced", table=_labelled(done.table)
-        )
+        title = "The paper's experiment, reproduced"
+        done.fit.report(out / "report.html", title=title, table=_labelled(done.table))
     if json != "-":
         table(
             "the paper's experiment at 3 mm/s: five sites, two insertions each",

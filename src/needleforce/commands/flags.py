@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The flags of a command: a parameter that is a dataclass stands for its fields, and ``ReadOptions`` for the flags by
+"""The flags of a command: a parameter that is a ``Struct`` stands for its fields, and ``ReadOptions`` for the flags by
 which every command reads files."""
 
 import inspect
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import MISSING, fields, is_dataclass
 from functools import wraps
 from typing import Annotated, Any
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -16,7 +16,7 @@ from .output import pairs
 
 
 def takes_flags(*named: str, part: str | None = None) -> Callable[[Callable], Callable]:
-    """A command whose dataclasses are given by flags, one a field.
+    """A command whose structs are given by flags, one a field.
 
     Of reading these are the flags that all commands have, then those that are ``named``; a later flag of the command
     with the name of one takes its place, and is left to the command. ``part`` is the default of ``--part``.
@@ -42,34 +42,38 @@ def takes_flags(*named: str, part: str | None = None) -> Callable[[Callable], Ca
 
 
 def _spread(parameters: Iterable[inspect.Parameter], of_reading: Iterable[inspect.Parameter]) -> Iterator:
-    """The parameters, with the fields of a dataclass in its place."""
+    """The parameters, with the fields of a struct in its place."""
     for each in parameters:
         if each.annotation is ReadOptions:
             yield from of_reading
-        elif is_dataclass(each.annotation):
+        elif _is_group(each):
             yield from _spread(_fields(each.annotation), of_reading)
         else:
             yield each.replace(kind=inspect.Parameter.KEYWORD_ONLY)
 
 
 def _gathered(parameters: Iterable[inspect.Parameter], given: dict[str, Any], read: dict[str, Any]) -> dict[str, Any]:
-    """The value of each parameter: what was given, or a dataclass made from it."""
+    """The value of each parameter: what was given, or a struct made from it."""
     values = {}
     for each in parameters:
         if each.annotation is ReadOptions:
             values[each.name] = _checked(ReadOptions(**read))
-        elif is_dataclass(each.annotation):
+        elif _is_group(each):
             values[each.name] = each.annotation(**_gathered(_fields(each.annotation), given, read))
         else:
             values[each.name] = given[each.name]
     return values
 
 
-def _fields(of_class: type) -> Iterator[inspect.Parameter]:
-    for each in fields(of_class):
-        default = each.default if each.default_factory is MISSING else each.default_factory()
-        default = inspect.Parameter.empty if default is MISSING else default
+def _fields(of_class: type[msgspec.Struct]) -> Iterator[inspect.Parameter]:
+    for each in msgspec.structs.fields(of_class):
+        default = each.default if each.default_factory is msgspec.NODEFAULT else each.default_factory()
+        default = inspect.Parameter.empty if default is msgspec.NODEFAULT else default
         yield inspect.Parameter(each.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=each.type)
+
+
+def _is_group(parameter: inspect.Parameter) -> bool:
+    return isinstance(parameter.annotation, type) and issubclass(parameter.annotation, msgspec.Struct)
 
 
 def _parameter(name: str, flag: Flag, part: str | None) -> inspect.Parameter:

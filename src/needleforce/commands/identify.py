@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce identify``: identify a force model from recordings."""
 
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -16,7 +16,7 @@ from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table,
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
     from ..identification.estimates import Estimate
-    from ..identification.layered.result import LayeredSettings
+    from ..identification.settings import LayeredSettings
 
 NAME = "identify"
 MODEL_HELP = (
@@ -29,18 +29,17 @@ MODEL_HELP = (
 LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 
 
-@dataclass(frozen=True, kw_only=True)
-class IdentifyFlags:
+class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``identify``."""
 
     second_pass: Annotated[
         list[Path], typer.Option(help="Second insertion at the same site; repeated once for each file.")
-    ] = field(default_factory=list)
+    ] = []
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None
     reading: ReadOptions
-    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = field(default_factory=list)
+    motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = []
     bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None
     tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
@@ -174,8 +173,8 @@ def _show_notes(fit: "Fit") -> None:
 def _show_parameters(fit: "Fit") -> None:
     """Print one table of parameters, or one for each layer with the names within the layer."""
     from ..display.quantities import quantity
+    from ..identification.report.words import by_layer
     from ..identification.statistics.noise import INTERVAL
-    from ..report.words import by_layer
 
     repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
     within = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
@@ -194,7 +193,7 @@ def _show_parameters(fit: "Fit") -> None:
 
 
 def _show_evidence(settings: "LayeredSettings") -> None:
-    from ..report.layers import EVIDENCE, evidence_rows, evidence_words
+    from ..identification.report.tables import EVIDENCE, evidence_rows, evidence_words
 
     table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings.evidence))
     say(f"choice: {evidence_words(settings)}")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import numpy as np
 import typer
 
@@ -36,11 +37,10 @@ DIMENSION_OPTIONS = {"half_angle": "--half-angle-deg", "radius": "--radius-um"}
 TIP_HELP = f"{', '.join(SHAPES)}; may be repeated. Needs --half-angle-deg or --radius-um, depending on the shape."
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class IndentationFlags:
+class IndentationFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``indentation``."""
 
-    tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = dataclasses.field(default_factory=list)
+    tip: Annotated[list[str], typer.Option(help=TIP_HELP)] = []
     half_angle_deg: Annotated[float | None, typer.Option(help="Half angle of a cone.")] = None
     radius_um: Annotated[float | None, typer.Option(help="Radius of the tip, of its cap, or of its flat end.")] = None
     needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Its tip and shank are used.")] = None
@@ -134,17 +134,8 @@ def _rows(table: "Table", name: str, value: str, count: int) -> np.ndarray:
 
 
 def _document(row: "TipFit") -> dict:
-    fit = row.fit
-    return {
-        "tip": repr(fit.tip),
-        "parameters": [dataclasses.asdict(estimate) for estimate in fit.parameters.values()],
-        "residual_rms_N": fit.residual_rms,
-        "bic": fit.bic,
-        "more_than_best": row.more_than_best,
-        "more_than_best_noise": row.noise,
-        "distinguishable": row.distinguishable,
-        "notes": list(fit.notes),
-    }
+    choice = {"more_than_best": row.more_than_best, "more_than_best_noise": row.noise}
+    return row.fit.document() | choice | {"distinguishable": row.distinguishable}
 
 
 def _show(rows: "Sequence[TipFit]", part: str, *, quiet: bool) -> None:

@@ -14,12 +14,16 @@ from .flags import takes_flags
 from .output import check_outputs, progress, say, show, table
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..recording.look import Look
 
 NAME = "inspect"
 SAVE_HELP = (
     "Keep the options under a name, for --as, or in a TOML file; one named needleforce.toml applies to its folder."
 )
+_DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))  # of a Braille character, by row and column
+_BRAILLE = 0x2800
 
 
 @takes_flags("motion", "start_depth")
@@ -103,17 +107,49 @@ def _scaled(found: "Look") -> list[tuple[Any, str]]:
 
 
 def _plot(found: "Look") -> None:
-    from ..display.terminal_plot import terminal_plot
 
     (depth, of_depth), (force, of_force) = _scaled(found)
     show(terminal_plot(depth, force, of_depth, of_force))
 
 
 def _save_figure(found: "Look", figure: Path) -> None:
-    from ..display.axes import MEASURED, axes_for, finish
+    from ..display.axes import axes_for, finish
+    from ..display.canvas import MEASURED
 
     (depth, of_depth), (force, of_force) = _scaled(found)
     axes = axes_for()
     axes.plot(depth, force, color=MEASURED, lw=0.9)
     finish(axes, of_depth, of_force, found.recording.name).figure.savefig(figure)
     say(f"figure: {figure}")
+
+
+def terminal_plot(
+    x: "np.ndarray", y: "np.ndarray", x_label: str, y_label: str, *, width: int = 64, height: int = 14
+) -> str:
+    """``y`` over ``x``, finite (n,), as dots of ``width`` by ``height`` characters, with the limits of both axes."""
+    import numpy as np
+
+    if not len(x):
+        return ""
+    columns = _positions(x, 2 * width)
+    rows = 4 * height - 1 - _positions(y, 4 * height)
+    cells = np.zeros((height, width), int)
+    for row, column in set(zip(rows.tolist(), columns.tolist(), strict=True)):
+        cells[row // 4, column // 2] |= _DOTS[row % 4][column % 2]
+    lines = ["".join(chr(_BRAILLE + cell) for cell in line) for line in cells]
+    limits = [f"{y.max():.4g}", *[""] * (height - 2), f"{y.min():.4g}"]
+    margin = max(map(len, limits))
+    drawn = [f"{limit:>{margin}} ┤{line}" for limit, line in zip(limits, lines, strict=True)]
+    ends = f"{x.min():.4g}", f"{x.max():.4g}"
+    below = " " * (margin + 2) + ends[0] + x_label.center(width - len(ends[0]) - len(ends[1])) + ends[1]
+    return "\n".join([" " * (margin + 2) + y_label, *drawn, below])
+
+
+def _positions(values: "np.ndarray", count: int) -> "np.ndarray":
+    """Indices from 0 to ``count - 1`` in proportion to the values."""
+    import numpy as np
+
+    span = float(np.ptp(values))
+    return (
+        np.rint((values - values.min()) / span * (count - 1)).astype(int) if span > 0.0 else np.zeros(len(values), int)
+    )

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce laws``: all laws with their parameters, ranges, units and sources; applicable laws; named models."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
 from .files import NEEDLE_HELP
@@ -18,8 +19,7 @@ NAME = "laws"
 COLUMNS = ["law", "part", "parameter", "unit", "range", "default", "meaning", "source"]
 
 
-@dataclass(frozen=True, kw_only=True)
-class LawsFlags:
+class LawsFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``laws``."""
 
     models: Annotated[bool, typer.Option("--models", help="List the named models instead of the laws.")] = False

@@ -6,7 +6,7 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ REPORT_HELP = "Write a report as one HTML file."
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
-def table(title: str, columns: list[str], rows: list[list[str]]) -> None:
+def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Print a table on standard output; headings and cells are plain text, not markup."""
     from rich.console import Console
     from rich.table import Table

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce penetration``: the figures of penetration tests of needles, one or many, with statistics."""
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -20,8 +21,7 @@ if TYPE_CHECKING:
 NAME = "penetration"
 
 
-@dataclass(frozen=True, kw_only=True)
-class PenetrationFlags:
+class PenetrationFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``penetration``."""
 
     work_to_mm: Annotated[
@@ -54,7 +54,7 @@ def run(
     tests = penetration_tests(
         needles, min_fall=given.min_fall_n, tips=given.tips, plateau_travel=plateau, work_to=work_to
     )
-    write_json(penetration_document(tests), given.json)
+    write_json(tests.to_json(), given.json)
     _write_penetration(tests, given.table_file, given.report)
     _show_penetration(tests, quiet=given.json == "-")
     if all(test.empty for test in tests.tests):
@@ -86,24 +86,6 @@ def _plateau_travel(text: str | None) -> tuple[float, float] | None:
     return first, last
 
 
-def penetration_document(tests: "PenetrationTests") -> dict:
-    """The tests as a document for JSON: a list of needles with figures and peaks, and the statistics."""
-    group_of = {id(test): group for group, members in tests.groups.items() for test in members}
-    needles = [
-        {
-            "name": test.name,
-            "group": group_of[id(test)],
-            "figures": [asdict(each) for each in test.figures.values()],
-            "peaks": [asdict(each) for each in test.features],
-            "plateau": None if test.plateau is None else asdict(test.plateau),
-            "noise_N": test.noise,
-            "notes": list(test.notes),
-        }
-        for test in tests.tests
-    ]
-    return {"needles": needles, "statistics": [asdict(each) for each in tests.statistics()]}
-
-
 def _write_penetration(tests: "PenetrationTests", table_file: Path | None, report: Path | None) -> None:
     from ..files import atomic_write
 
@@ -119,6 +101,7 @@ def _write_penetration(tests: "PenetrationTests", table_file: Path | None, repor
 
 def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
     from ..bench_tests.penetration import FIGURES
+    from ..bench_tests.penetration_page import STATISTICS_HEAD
     from ..bench_tests.penetration_statistics import SUMMARY_FIGURES, statistics_cells
     from ..identification.statistics.noise import INTERVAL
 
@@ -128,8 +111,7 @@ def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:
         table(f"penetration tests, values with their {INTERVAL}", head, rows)
         if len(tests) > 1:
             statistics = [list(statistics_cells(each)) for each in tests.statistics(*SUMMARY_FIGURES) if each.n]
-            head = ["group", "figure", "n", f"mean, {INTERVAL}", "sd", "median", "range", "not given"]
-            table("statistics over the needles", head, statistics)
+            table("statistics over the needles", STATISTICS_HEAD, statistics)
     for test in tests.tests:
         reasons = [test[name] for name in SUMMARY_FIGURES if test[name].reason]
         for reason in dict.fromkeys(each.reason for each in reasons):

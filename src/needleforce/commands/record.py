@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
 from ..acquisition.settings import Progress
@@ -37,8 +38,7 @@ GAP_HELP = "Time without a usable reading after which a moving axis is stopped."
 SAME_SITE_HELP = "If no spare site is left, insert into the hole of an aborted run."
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class RecordFlags:
+class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``record``."""
 
     output: Annotated[Path | None, typer.Option("--output", "-o", help="MCAP file to write; it must not exist.")] = None

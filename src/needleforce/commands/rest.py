@@ -5,6 +5,7 @@ import dataclasses
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 
 from .files import PRESET_HELP
@@ -17,8 +18,7 @@ if TYPE_CHECKING:
 NAME = "rest"
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class RestFlags:
+class RestFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``rest``."""
 
     mass_g: Annotated[float, typer.Option(help="Apparent mass of the device at the needle.", show_default=False)]

@@ -2,9 +2,9 @@
 """``needleforce rig``: the virtual rig as network servers, until Ctrl-C."""
 
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Annotated
 
+import msgspec
 import typer
 
 from ..wire.axis_lines import PORT as AXIS_PORT
@@ -16,8 +16,7 @@ from .flags import takes_flags
 NAME = "rig"
 
 
-@dataclass(frozen=True, kw_only=True)
-class RigFlags:
+class RigFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``rig``."""
 
     preset: Annotated[str | None, typer.Option(help=f"{PRESET_HELP} Default: the paper's phantom.")] = None

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce simulate``: simulate an insertion with a preset and write it as a recording."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
+import msgspec
 import typer
 
 from .files import PRESET_HELP
@@ -14,8 +14,7 @@ from .output import check_outputs, say, show
 NAME = "simulate"
 
 
-@dataclass(frozen=True, kw_only=True)
-class SimulateFlags:
+class SimulateFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``simulate``."""
 
     output: Annotated[Path, typer.Option("--output", "-o", help="File to write: .csv, .parquet or .mcap.")]

@@ -2,10 +2,10 @@
 """``needleforce steer``: simulate, identify and plan insertions of a needle that bends and is steered."""
 
 import math
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import msgspec
 import typer
 
 from ..errors import InputError
@@ -24,8 +24,7 @@ MODEL_HELP = "An identified needle: a file that steer identify --save wrote."
 AXIAL_HELP = f"Laws of the axial force. {PRESET_HELP}"
 
 
-@dataclass(frozen=True, kw_only=True)
-class SteerSimulateFlags:
+class SteerSimulateFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``steer simulate``."""
 
     output: Annotated[Path, typer.Option("--output", "-o", help="Table to write (CSV), a row a step.")]
@@ -79,15 +78,14 @@ def simulate(given: SteerSimulateFlags) -> None:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class SteerIdentifyFlags:
+class SteerIdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``steer identify``."""
 
     needle: Annotated[str, typer.Option(help=NEEDLE_HELP)]
     only: Annotated[
         list[str],
         typer.Option("--only", help="Insertions of one tissue: whose name begins with this. Default: all."),
-    ] = field(default_factory=list)
+    ] = []
     model: Annotated[str | None, typer.Option(help="linear, or yielding (the default for tip paths).")] = None
     held: Annotated[str, typer.Option(help="guide at a fixed distance from the surface, or hub.")] = "guide"
     length_unit: Annotated[str | None, typer.Option(help="Of all lengths, where the table states none.")] = None
@@ -106,8 +104,6 @@ def identify(
     import needleforce as nf
 
     from ..preset_files.presets import needle_of
-    from ..report.steering_page import insertion_table
-    from ..steering.result import HEAD
 
     check_outputs([given.json, given.report, given.save], [file])
     measured = _named(_measured(file, given.length_unit), given.only)
@@ -121,9 +117,8 @@ def identify(
         fit = nf.steering.identify(measured, needle_of(given.needle), progress=progress, **options)
     write_json(fit.to_json(), given.json)
     if given.json != "-":
-        table(fit.heading(), list(HEAD), [list(row) for row in fit.rows()])
-        heads, rows = insertion_table(fit)
-        table("residual of each insertion", heads, rows)
+        table(fit.heading(), *fit.cells())
+        table("residual of each insertion", *fit.insertion_table())
     for remark in fit.remarks():
         say(remark)
     if given.report:
@@ -134,17 +129,12 @@ def identify(
         say(f"model: {given.save}")
 
 
-@dataclass(frozen=True, kw_only=True)
-class SteerPlanFlags:
+class SteerPlanFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``steer plan``."""
 
     target_mm: Annotated[str, typer.Option(help="x,y,z of the target from the point of entry, such as 2,-1,80.")]
-    sphere_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z,radius. Repeat it for more.")] = field(
-        default_factory=list
-    )
-    box_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z of two opposite corners.")] = field(
-        default_factory=list
-    )
+    sphere_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z,radius. Repeat it for more.")] = []
+    box_mm: Annotated[list[str], typer.Option(help="Obstacle: x,y,z of two opposite corners.")] = []
     clearance_mm: Annotated[float, typer.Option(help="Distance to keep from obstacles.")] = 0.0
     max_lateral_mm: Annotated[float, typer.Option(help="Motion of the base across, along x and along y.")] = 6.0
     max_lateral_step_mm: Annotated[float, typer.Option(help="The same in one step.")] = 6.0
@@ -192,7 +182,7 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
             axial=nf.preset(given.axial) if given.axial else None,
             progress=progress,
         )
-    write_json(_document(found), given.json)
+    write_json(found.to_json(), given.json)
     if given.output:
         found.motion.write(given.output)
     if given.report:
@@ -292,37 +282,10 @@ def _obstacles(spheres: list[str], boxes: list[str]) -> "list[Obstacle]":
     return found
 
 
-def _document(found: "Plan") -> dict:
-    keys, motion = ("x_m", "y_m", "z_m"), found.motion
-    steps = zip(motion.depth, motion.lateral, motion.roll)
-    ends, loads = zip(found.path, found.tube()), zip(found.force, found.wrench)
-    rows = [
-        {
-            "depth_m": depth, "base_x_m": base[0], "base_y_m": base[1], "roll_rad": roll,
-            "tip": dict(zip(keys, tip)), "radius_95_m": radius, "force_N": force, "wrench": list(wrench),
-        }
-        for (depth, base, roll), (tip, radius), (force, wrench) in zip(steps, ends, loads)
-    ]  # fmt: skip
-    return {
-        "target": dict(zip(keys, found.target)),
-        "miss_m": found.miss,
-        "clearance_m": found.clearance if math.isfinite(found.clearance) else None,
-        "faults": list(found.faults),
-        "steps": rows,
-    }
-
-
 def _show_plan(found: "Plan", quiet: bool) -> None:
-    from ..report.steering_page import outcome
-
     if not quiet:
-        heads = ["depth [mm]", "base x [mm]", "base y [mm]", "roll [°]", "tip x [mm]", "tip y [mm]", "95 % radius [mm]"]
-        rows = [
-            [*(f"{value:.2f}" for value in row.values()), *(f"{1e3 * value:.2f}" for value in (*tip[:2], radius))]
-            for row, tip, radius in zip(found.motion.rows(), found.path, found.tube())
-        ]
-        table("motion of the base", heads, rows)
-    say(outcome(found))
+        table("motion of the base", *found.cells())
+    say(found.heading())
     for fault in found.faults:
         say(f"fault: {fault}")
 

@@ -2,14 +2,14 @@
 """Whether a needle held in tissue comes to rest in a device's loop: a proof, a counterexample, or undecided."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ..display.markup import Markup, element, join, table
 from ..display.quantities import plain
-from ..display.tables import blocks, text_table
+from ..display.result import Printed
 from ..errors import InputError
 from ..models.model import Model
 from .device_loop import RANGES, SECONDS, Chatter, Device, growth, linear_limit, simulated_hold, stiffness_at_rest
@@ -23,7 +23,7 @@ HEAD = ("quantity", "value", "meaning")
 
 
 @dataclass(frozen=True, repr=False)
-class RestResult:
+class RestResult(Printed):
     """Whether a model's needle comes to rest in a device's loop, and what would make it rest.
 
     Attributes
@@ -125,13 +125,11 @@ class RestResult:
     def __repr__(self) -> str:
         return f"<RestResult: {self.model.name} in {self.device.name}: {self.verdict}>"
 
-    def __str__(self) -> str:
-        heading = f"{self.model.name} in {self.device.name}: {self.verdict}. {self.reason}"
-        return blocks(heading, text_table(HEAD, self.rows))
+    def _heading(self) -> str:
+        return f"{self.model.name} in {self.device.name}: {self.verdict}. {self.reason}"
 
-    def _repr_html_(self) -> Markup:
-        heading = f"{self.model.name} in {self.device.name}: {self.verdict}"
-        return join([element("p", join([element("b", heading), f". {self.reason}"])), table(HEAD, self.rows)])
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        return HEAD, self.rows
 
 
 def rest_in_loop(

@@ -1,13 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Matplotlib axes with units on both axes; matplotlib is loaded when something is drawn."""
+"""The names of axes, and matplotlib axes with units on both; matplotlib is loaded when something is drawn."""
 
+from collections.abc import Iterable
 from typing import Any
 
-from ..errors import InputError
+import numpy as np
 
-MEASURED = "#5b6b7b"
-MODEL = "#d9480f"
-TIME, DEPTH, INDENTATION, FORCE = "time [s]", "depth [mm]", "indentation [mm]", "force [N]"
+from ..errors import InputError
+from .canvas import MEASURED, MODEL
+
+# depth is in the zero of a recording or below the surface of a model, indentation from a contact
+TIME, DEPTH, INDENTATION, TRAVEL = "time [s]", "depth [mm]", "indentation [mm]", "travel [mm]"
+FORCE = "force [N]"
 
 
 def axes_for(axes: Any = None) -> Any:
@@ -61,3 +65,14 @@ def finish(axes: Any, x: str, y: str, title: str = "") -> Any:
     if axes.get_legend_handles_labels()[1]:
         axes.legend()
     return axes
+
+
+def draw_intervals(axes: Any, estimates: Iterable[tuple[str, float, float, float]]) -> tuple[str, str]:
+    """Draw a row for each (name, value, low, high): its interval as a share of the value; returns the axis labels."""
+    rows = [(name, value or np.nan, low, high) for name, value, low, high in estimates]
+    for k, (_, value, low, high) in enumerate(rows):
+        axes.plot(np.divide([low, high], value), [k, k], color=MEASURED, lw=1.4)
+        axes.plot([1.0], [k], "o", color=MODEL)
+    axes.set_yticks(range(len(rows)), [row[0].replace("_", " ") for row in rows])
+    axes.set_ylim(max(len(rows), 1) - 0.5, -0.5)
+    return "interval / value [1]", ""

@@ -105,20 +105,9 @@ def quantity(value: float, low: float | None, high: float | None, unit: str, max
 
 
 def plain(value: float | None, unit: str, like: float | None = None) -> str:
-    """Return a value without interval, with its unit, as text.
+    """A value without interval, with its unit; None and NaN give a dash.
 
-    Parameters
-    ----------
-    value : float or None
-        Value in the SI unit; None and NaN give a dash.
-    unit : str
-        The SI unit.
-    like : float, optional
-        Size in the SI unit, such as a standard deviation, whose second digit is the last one shown.
-
-    Returns
-    -------
-    str
+    ``like`` is a size in the SI unit, such as a standard deviation, whose second digit is the last one shown.
     """
     if value is None or not math.isfinite(value):
         return DASH
@@ -129,19 +118,9 @@ def plain(value: float | None, unit: str, like: float | None = None) -> str:
 
 
 def scale(value: float | None, unit: str) -> tuple[float, str]:
-    """Return the factor from the SI unit to the unit shown, and the unit shown.
+    """Factor from the SI unit to the unit shown, and that unit, selected by the magnitude of ``value`` in the SI unit.
 
-    Parameters
-    ----------
-    value : float or None
-        Value in the SI unit, whose magnitude selects the unit.
-    unit : str
-        The SI unit; one that is not in the table is returned unchanged, with factor 1.
-
-    Returns
-    -------
-    factor : float
-    unit : str
+    A unit that is not in the table is returned unchanged, with factor 1.
     """
     steps = _SCALES.get(_SPELLINGS.get(unit, unit), ((0.0, 1.0, unit),))
     size = abs(value) if value is not None and math.isfinite(value) else 0.0
@@ -168,21 +147,9 @@ def spanned(low: float, high: float, unit: str) -> str:
 
 
 def decimals(value: float, half_width: float, max_digits: int = MAX_DIGITS) -> int:
-    """Return the decimal places: two digits of the half width, or four digits of the value without one.
+    """Decimal places: two digits of the half width, or four digits of the value without one (NaN or 0).
 
-    Parameters
-    ----------
-    value : float
-        Value in the unit shown.
-    half_width : float
-        Half width of its interval in the same unit; NaN or 0 without an interval.
-    max_digits : int
-        Maximum number of significant digits of the value.
-
-    Returns
-    -------
-    int
-        Decimal places; a negative number rounds to tens, hundreds and so on.
+    Value and half width are in the unit shown; a negative number rounds to tens, hundreds and so on.
     """
     size = math.floor(math.log10(abs(value))) if math.isfinite(value) and value != 0.0 else 0
     if not math.isfinite(half_width) or half_width <= 0.0:
@@ -191,19 +158,9 @@ def decimals(value: float, half_width: float, max_digits: int = MAX_DIGITS) -> i
 
 
 def fixed(value: float, places: int) -> str:
-    """Return ``value`` with that many decimals.
+    """A value with that many decimals and a typographic minus sign; NaN is a dash, infinity its sign.
 
-    Parameters
-    ----------
-    value : float
-        Value; NaN gives a dash, infinity its sign.
-    places : int
-        Decimal places; a negative number rounds to tens, hundreds and so on.
-
-    Returns
-    -------
-    str
-        The text with a typographic minus sign.
+    A negative number of decimals rounds to tens, hundreds and so on.
     """
     if math.isnan(value):
         return DASH
@@ -214,19 +171,7 @@ def fixed(value: float, places: int) -> str:
 
 
 def with_unit(text: str, unit: str) -> str:
-    """Join a number and its unit with a no-break space; a degree sign follows without a space.
-
-    Parameters
-    ----------
-    text : str
-        The number.
-    unit : str
-        The unit; none if empty.
-
-    Returns
-    -------
-    str
-    """
+    """A number and its unit with a no-break space; a degree sign follows without one. An empty unit adds nothing."""
     return f"{text}{unit}" if unit in ("", "°") else f"{text}\N{NO-BREAK SPACE}{unit}"
 
 
@@ -242,33 +187,10 @@ def _at_least(half: float, places: int) -> str:
 
 
 def percent(share: float) -> str:
-    """A share as per cent with two significant digits, without an exponent.
-
-    Parameters
-    ----------
-    share : float
-        The share [1], such as 0.034.
-
-    Returns
-    -------
-    str
-        Such as ``"3.4 %"``.
-    """
+    """A share [1] as per cent with two significant digits, without an exponent, such as ``"3.4 %"`` for 0.034."""
     return f"{float(f'{100.0 * share:.2g}'):.15g} %"
 
 
 def counted(number: int, noun: str) -> str:
-    """Return a count with its noun, such as ``1 recording`` or ``2 recordings``.
-
-    Parameters
-    ----------
-    number : int
-        The count.
-    noun : str
-        Singular; the plural adds an s.
-
-    Returns
-    -------
-    str
-    """
+    """A count with its noun, such as ``1 recording`` or ``2 recordings``; the plural adds an s."""
     return f"{number} {noun}" + ("" if number == 1 else "s")

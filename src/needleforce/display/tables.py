@@ -15,22 +15,7 @@ PARAMETER_HEAD = ("parameter", "symbol", "value", "meaning")
 
 
 def text_table(head: Sequence[str], rows: Iterable[Sequence[object]], indent: str = "  ") -> str:
-    """Return a table in aligned columns, one line per row; columns without any content are omitted.
-
-    Parameters
-    ----------
-    head : sequence of str
-        Name of each column.
-    rows : iterable of sequences
-        Cells, as many as there are columns, shown by ``str``.
-    indent : str
-        Text before each line.
-
-    Returns
-    -------
-    str
-        Lines, without a line break at the end; empty without rows.
-    """
+    """A table in aligned columns, a line for each row; empty without rows, and without columns that have no content."""
     cells = [[visible(str(cell)) for cell in row] for row in rows]
     keep = [k for k in range(len(head)) if any(row[k] for row in cells)]
     if not cells or not keep:
@@ -43,20 +28,7 @@ def text_table(head: Sequence[str], rows: Iterable[Sequence[object]], indent: st
 
 
 def text_list(title: str, sentences: Iterable[str]) -> str:
-    """Return a title and a wrapped line for each sentence.
-
-    Parameters
-    ----------
-    title : str
-        First line, without its colon.
-    sentences : iterable of str
-        One list item each.
-
-    Returns
-    -------
-    str
-        Empty without sentences.
-    """
+    """A title and a wrapped line for each sentence; empty without sentences."""
     wrapped = [
         textwrap.fill(visible(each), WIDTH, initial_indent="  - ", subsequent_indent="    ") for each in sentences
     ]
@@ -64,17 +36,7 @@ def text_list(title: str, sentences: Iterable[str]) -> str:
 
 
 def blocks(*parts: str) -> str:
-    """Join the parts that are not empty with line breaks.
-
-    Parameters
-    ----------
-    *parts : str
-        Parts of a text.
-
-    Returns
-    -------
-    str
-    """
+    """The parts that are not empty, joined with line breaks."""
     return "\n".join(part for part in parts if part)
 
 
@@ -84,18 +46,7 @@ def _width(text: str) -> int:
 
 
 def parameter_rows(value: Any) -> list[tuple[str, str, str, str]]:
-    """The parameters of a value of the core, from its table.
-
-    Parameters
-    ----------
-    value : nf.Needle, nf.Tissue, a tip of nf.tips or a law of nf.laws
-        Has ``table()`` and ``parameters()``.
-
-    Returns
-    -------
-    list of tuple
-        Name, symbol, value with unit, and meaning, of each parameter, under ``PARAMETER_HEAD``.
-    """
+    """Rows under ``PARAMETER_HEAD`` of a value of the core that has ``table()`` and ``parameters()``."""
     numbers = value.parameters()
     rows = [
         (row["name"], row["symbol"], _each_plain(numbers[row["name"]], row["unit"]), row["meaning"])
@@ -111,18 +62,7 @@ def _each_plain(value: float | tuple[float, ...], unit: str) -> str:
 
 
 def in_words(value: Any) -> str:
-    """A tip in one line.
-
-    Parameters
-    ----------
-    value : a tip of nf.tips
-        Another value is written as ``str`` writes it.
-
-    Returns
-    -------
-    str
-        Its name and its parameters with units.
-    """
+    """A tip of nf.tips in one line, its name and its parameters with units; another value as ``str`` writes it."""
     if not hasattr(value, "table"):
         return str(value)
     named = ", ".join(f"{name.replace('_', ' ')} {text}" for name, _, text, _ in parameter_rows(value))

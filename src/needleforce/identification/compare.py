@@ -2,18 +2,15 @@
 """Comparison of models on the same recordings."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
-from ..display.markup import Markup, table
-from ..display.quantities import DASH, plain
-from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from ..preset_files import model_name
 from ..recording.source import RecordingSource, recordings_of
-from .cross_validation import CrossValidation, cross_validate
+from .comparison import Comparison, ModelRow
+from .cross_validation import cross_validate
 from .diagnostics import FitInputs
 from .identify import Progress, assemble
 from .models import BENT, COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
@@ -25,135 +22,6 @@ from .one_layer.staged_fit import forms_after_puncture
 from .repeats import differing_repeats
 from .result import Fit
 from .statistics.regression import criterion, independent_samples
-
-
-@dataclass(frozen=True, kw_only=True)
-class ModelRow:
-    """One model of a comparison. Errors and residuals are rms over the peak force [1], NaN where they are missing.
-
-    Attributes
-    ----------
-    model : str
-        Its name.
-    bic : float
-        Schwarz's criterion of the loading curve up to the first puncture, summed over the recordings that all models
-        fit, each with its own contact depth and the same samples for every model. A layered model has none.
-    bic_correlated : float
-        The same where correlated samples count as one.
-    nrmse : float
-        Residual of the complete cycles.
-    left_out : float
-        Median over repeats of the error on a held-out repeat that is predicted from the others, over the complete cycle
-        with its hold, at their mean contact and puncture depths. Needs two repeats.
-    prediction : float
-        Rms of these errors divided by that of the mean of the other repeats, the repeatability floor of the
-        experiment. Needs three repeats of the same motion.
-    replay : float
-        As ``prediction``, with the punctures of the held-out repeat.
-    by_stroke : tuple of float
-        ``prediction`` for insertion, hold and withdrawal.
-    parameters : int
-        Parameters of each loading curve; of a layered model those that the repeats share.
-    friction_bic : float
-        The same of the friction after the first puncture, in bins of 0.25 mm, from the contact of the best loading
-        curve: models with the same form of the foundation have the same. NaN with too few bins.
-    wins : int
-        Recordings on which no model has a lower BIC.
-    residual : float
-        Median residual of the loading curves.
-    ties : bool
-        Its errors differ from the first row's by no more than their own noise between repeats.
-    notes : tuple of str
-        Parameters that were held at a limit, and repeats that could not be predicted.
-    cross_validation : CrossValidation or None
-        The errors of every repeat and stroke.
-    """
-
-    model: str
-    bic: float = np.nan
-    nrmse: float = np.nan
-    left_out: float = np.nan
-    bic_correlated: float = np.nan
-    friction_bic: float = np.nan
-    parameters: int = 0
-    wins: int = 0
-    residual: float = np.nan
-    notes: tuple[str, ...] = ()
-    prediction: float = np.nan
-    replay: float = np.nan
-    by_stroke: tuple[float, float, float] = (np.nan, np.nan, np.nan)
-    ties: bool = False
-    cross_validation: CrossValidation | None = field(default=None, compare=False, repr=False)
-
-    @property
-    def evidence(self) -> float:
-        """BIC of the loading curve and, where it is known, of the friction."""
-        return self.bic + float(np.nan_to_num(self.friction_bic))
-
-
-class Comparison(tuple[ModelRow, ...]):
-    """Rows of compared models, the best first. It prints as a table; in a notebook as the same table in HTML."""
-
-    __slots__ = ()
-    HEAD = ("model", "prediction / floor", "replay / floor", "residual / peak", "BIC", "parameters", "")
-
-    def rows(self) -> list[tuple[str, ...]]:
-        """One row of text for each model, under ``HEAD``."""
-        best = min((row.evidence for row in self if np.isfinite(row.evidence)), default=np.nan)
-        return [
-            (
-                row.model, plain(row.prediction, "1"), plain(row.replay, "1"), plain(row.nrmse, "1"),
-                f"+{row.evidence - best:.1f}" if row.evidence > best else "lowest" if row.evidence == best else DASH,
-                str(row.parameters), "best" if row is self[0] else "ties" if row.ties else "",
-            )
-            for row in self
-        ]  # fmt: skip
-
-    def to_dataframe(self) -> Any:
-        """A pandas DataFrame with a row for each model and the fields of ``ModelRow`` as columns."""
-        import pandas
-
-        names = [name for name in ModelRow.__dataclass_fields__ if name not in ("model", "cross_validation")]
-        rows = [{name: getattr(row, name) for name in names} for row in self]
-        return pandas.DataFrame(rows, index=pandas.Index([row.model for row in self], name="model"), columns=names)
-
-    def plot(self, axes: Any = None) -> Any:
-        """Draw each model's prediction error and replay error over the repeatability floor.
-
-        Parameters
-        ----------
-        axes : matplotlib.axes.Axes, optional
-            Where to draw; None makes a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-        """
-        from ..display.axes import MEASURED, MODEL, axes_for, finish
-
-        axes, places = axes_for(axes), np.arange(len(self))
-        for name, colour, shift in (("prediction", MODEL, 0.1), ("replay", MEASURED, -0.1)):
-            axes.plot([getattr(row, name) for row in self], places + shift, "o", color=colour, label=name)
-        axes.axvline(1.0, color="black", lw=0.8, label="mean of the other repeats")
-        axes.set_yticks(places, [row.model for row in self])
-        axes.invert_yaxis()
-        return finish(axes, "error on held-out repeats over the repeatability floor [1]", "")
-
-    def report(self, path: Any) -> None:
-        """Write table and figure as one HTML file that opens offline."""
-        from ..report import write_comparison
-
-        write_comparison(self, path)
-
-    def __repr__(self) -> str:
-        return f"<Comparison of {', '.join(row.model for row in self)}: best {self[0].model}>"
-
-    def __str__(self) -> str:
-        notes = (f"{row.model}: {note}" for row in self for note in row.notes)
-        return blocks(text_table(self.HEAD, self.rows()), text_list("Notes", notes))
-
-    def _repr_html_(self) -> Markup:
-        return table(self.HEAD, self.rows())
 
 
 def compare(

@@ -47,6 +47,14 @@ class CrossValidation:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.sqrt(squares[0].sum(axis=0) / squares[1].sum(axis=0))
 
+    def dots(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Errors of prediction, replay and floor over the rms of the floor, complete cycle, for each repeat that has
+        all; the rms of the first two are those of ``over_floor``."""
+        errors = np.stack([self.prediction[:, 0], self.replay[:, 0], self.floor[:, 0]])
+        errors = errors[:, np.isfinite(errors).all(axis=0)]
+        prediction, replay, floor = errors / np.sqrt(np.mean(errors[2] ** 2)) if errors.size else errors
+        return prediction, replay, floor
+
     def distinguishes(self, other: "CrossValidation") -> bool:
         """True if the ratio of the prediction errors differs from 1, by Student's t on its logarithm."""
         difference = np.log(self.prediction[:, 0] / other.prediction[:, 0])

@@ -24,7 +24,7 @@ from .one_layer.loading_curves import FITS
 from .one_layer.segmented_recording import SegmentedRecording
 from .recording_fit import RecordingFit
 from .repeats import differing_repeats
-from .result import FitSettings
+from .settings import FitSettings
 from .statistics.noise import Noise
 
 NO_MODEL = "No model can be made of the identified values: {}"

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..display.markup import Markup, table
+from ..display.axes import draw_intervals
 from ..display.quantities import percent, quantity, with_unit
-from ..display.tables import text_table
+from ..display.result import Printed, Result
 from .statistics.noise import INTERVAL, TWO_SIDED, student_quantile
 
 MEAN = "mean of {n} repeats"
@@ -80,7 +80,7 @@ class Estimate:
         return sqrt(max(self.between_repeats_sd**2 - self.within_run_sd**2, 0.0))
 
 
-class Parameters(dict[str, Estimate]):
+class Parameters(Printed, dict[str, Estimate]):
     """Estimates by name: ``parameters["cutting_force"]`` and ``parameters.cutting_force`` are the same.
 
     It prints as a table of values with their intervals; in a notebook as the same table in HTML.
@@ -98,10 +98,12 @@ class Parameters(dict[str, Estimate]):
     def __dir__(self) -> Iterable[str]:
         return [*super().__dir__(), *self]
 
-    def rows(self) -> list[tuple[str, ...]]:
-        """One row of text for each estimate, under ``HEAD``; "how obtained" is empty where all have the same source."""
+    def _heading(self) -> str:
+        return "" if self else "no parameters"
+
+    def _cells(self) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
         shared = len({each.source for each in self.values()}) == 1
-        return [
+        rows = [
             (
                 each.name,
                 str(each.shown),
@@ -111,10 +113,7 @@ class Parameters(dict[str, Estimate]):
             )
             for each in self.values()
         ]
-
-    def text(self) -> str:
-        """The table as plain text; empty without estimates."""
-        return text_table(self.HEAD, self.rows())
+        return self.HEAD, rows
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame in SI, a row for each estimate, with the fields of ``Estimate`` as columns."""
@@ -123,11 +122,36 @@ class Parameters(dict[str, Estimate]):
         columns = [field for field in Estimate.__dataclass_fields__ if field != "name"]
         return pandas.DataFrame([asdict(each) for each in self.values()], columns=["name", *columns]).set_index("name")
 
-    def __str__(self) -> str:
-        return self.text() or "no parameters"
 
-    def _repr_html_(self) -> Markup:
-        return table(self.HEAD, self.rows())
+class EstimateResult(Result):
+    """A result whose numbers are ``estimates``, in a table and as intervals over their values."""
+
+    __slots__ = ()
+
+    @property
+    def estimates(self) -> Iterable[Estimate]:
+        """What was identified."""
+        raise NotImplementedError
+
+    def _found(self) -> Parameters:
+        return Parameters({each.name: each for each in self.estimates})
+
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        return self._found().cells()
+
+    def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Notes", getattr(self, "notes", ())
+
+    def _draw(self, axes: Any) -> tuple[str, ...]:
+        return draw_intervals(axes, [(each.name, each.value, each.low, each.high) for each in self.estimates])
+
+    def document(self) -> dict:
+        """The estimates as dicts, as ``to_json`` writes them."""
+        return {"parameters": [asdict(each) for each in self.estimates]}
+
+    def to_dataframe(self) -> Any:
+        """The estimates as a pandas DataFrame in SI, indexed by name."""
+        return self._found().to_dataframe()
 
 
 @dataclass(frozen=True)

@@ -12,12 +12,11 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..files import atomic_write, csv_text, json_safe
+from ..files import atomic_write, csv_text
 from ..models.model import Model
 from ..preset_files.writing import as_toml
 from ..segmentation import Events
 from .estimates import Correlations, Estimate, Quality
-from .layered.result import LayeredFit
 from .recording_fit import RecordingFit
 from .result import Fit
 from .statistics.draws import Draws
@@ -125,14 +124,14 @@ def _distinguishable(files: tuple[str, ...]) -> list[str]:
     return [name if files.count(name) == 1 else f"{name} ({files[:k].count(name) + 1})" for k, name in enumerate(files)]
 
 
-def as_json(fit: Fit) -> str:
-    """The complete fit as JSON text; values that are not finite become null."""
-    document = {
+def fit_document(fit: Fit) -> dict:
+    """The complete fit as a document for JSON."""
+    return {
         "recordings": [_recording(each) for each in fit.recordings],
         "parameters": _estimates(fit.parameters),
         "quality": _quality(fit.quality),
         "model": None if fit.model is None else fit.model.name,
-        "preset": _preset(fit.model),
+        "preset": preset_document(fit.model),
         "choice": [{"model": name, "bic": bic, "puncture_ratio": ratio} for name, bic, ratio in fit.choice],
         "warnings": list(fit.warnings),
         "held_fixed": list(fit.held_fixed),
@@ -140,28 +139,12 @@ def as_json(fit: Fit) -> str:
         "settings": {} if fit.settings is None else dataclasses.asdict(fit.settings),
         "correlations": _correlations(fit.correlations),
         "two_pass": _two_pass(fit.two_pass),
-        "ruptures": _ruptures(fit),
-        "population": _population(fit),
+        "ruptures": None,
+        "population": None,
     }
-    return json.dumps(json_safe(document), indent=2, allow_nan=False)
 
 
-def _ruptures(fit: Fit) -> dict | None:
-    """Rupture depths of a layered fit, in the recordings' zero."""
-    if not isinstance(fit, LayeredFit):
-        return None
-    found = fit.ruptures
-    return {"depth_m": found.depth, "past_peak_m": found.past_peak, "contact_depth_m": found.contact}
-
-
-def _population(fit: Fit) -> dict | None:
-    """Model of a layered fit for an insertion that was not recorded."""
-    if not isinstance(fit, LayeredFit) or fit.population is None:
-        return None
-    return {"contact_depth_m": fit.population_contact, "preset": _preset(fit.population)}
-
-
-def _preset(model: Model | None) -> dict | None:
+def preset_document(model: Model | None) -> dict | None:
     """The complete model in the form of a preset file, as ``needleforce export`` reads it."""
     return None if model is None else tomllib.loads(as_toml(model))
 

@@ -133,7 +133,11 @@ def identify(
     recordings, seconds = paired(recordings, second_pass)
     needle = None if needle is None else needle_of(needle)
     model = None if model is None else model_name(model, (*MODELS, *BENT, *GRADUAL, *LAYERED))
-    bench = bench_estimates(bending, tension, needle)
+    bench: dict[str, Estimate] = {}
+    if bending is not None or tension is not None:
+        from ..bench_tests.reading import bench_estimates
+
+        bench = bench_estimates(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
     if model in LAYERED:
@@ -330,22 +334,6 @@ def _listed(sources: Any) -> list:
     """One source or several as a list."""
     several = isinstance(sources, list | tuple) and not is_arrays(sources)
     return list(sources) if several else [sources]
-
-
-def bench_estimates(
-    bending: str | Path | None, tension: str | Path | None, needle: Needle | None
-) -> dict[str, Estimate]:
-    """The estimates of the bench tests by name. Raises InputError for a bending test without a needle."""
-    if bending is not None and needle is None:
-        step = "Give needle=nf.Needle(...) or a preset's .needle."
-        raise InputError("needle", "missing", "the bending test needs its section and length", next_step=step)
-    if bending is None and tension is None:
-        return {}
-    from ..bench_tests.reading import needle_estimate, tissue_estimate
-
-    found = [needle_estimate(bending, needle)] if bending is not None else []
-    found += [tissue_estimate(tension)] if tension is not None else []
-    return {estimate.name: estimate for estimate in found}
 
 
 def _different(recordings: list[Recording]) -> None:

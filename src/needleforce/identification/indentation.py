@@ -16,7 +16,7 @@ from ..mechanics.contact import contact
 from ..models.parameter_units import UNITS
 from ..models.validity import SMALL_SLOPE_ANGLE
 from .contact_search import MIN_IN_CONTACT, ContactSearch
-from .estimates import Estimate
+from .estimates import Estimate, EstimateResult
 from .one_layer.deformation_fit import FLIP_SIGN, MIN_LOADING_SAMPLES
 from .statistics.noise import TWO_SIDED, Noise, noise_of
 from .statistics.regression import criterion, inverse
@@ -34,8 +34,8 @@ MAX_CONTACT_INTERVAL = 0.1  # [of the indentation] half width; beyond, linear er
 MAX_RESIDUAL_RATIO = 2.0  # residual in contact over that of the free travel; beyond, the model does not fit
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class IndentationFit:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class IndentationFit(EstimateResult):
     """Fit of F = baseline + baseline_slope (depth - contact_depth) + E_r F_1(depth - contact_depth).
 
     Attributes
@@ -89,6 +89,19 @@ class IndentationFit:
     def residual_rms(self) -> float:
         """Root mean square of the residual [N]."""
         return float(np.sqrt(np.mean(self.residual**2)))
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """All ``parameters``."""
+        return tuple(self.parameters.values())
+
+    def _heading(self) -> str:
+        return f"IndentationFit: {in_words(self.tip)}, residual {self.residual_rms:.3g} N"
+
+    def document(self) -> dict:
+        """The numbers for JSON."""
+        fitted = {"residual_rms_N": self.residual_rms, "bic": self.bic, "notes": list(self.notes)}
+        return {"tip": repr(self.tip), **super().document(), **fitted}
 
 
 def fit_indentation(

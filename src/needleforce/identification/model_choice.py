@@ -16,11 +16,11 @@ from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import MeasuredPeak, PunctureMatch, measured_peak, puncture_match
 from .one_layer.segmented_recording import SegmentedRecording
 from .recording_fit import RecordingFit
-from .result import Choice, Fit
-from .statistics.noise import noise_of
+from .result import Fit
+from .settings import Choice
+from .statistics.noise import SIGNIFICANT, noise_of
 from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 
-SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
 MIN_FREE_SAMPLES = 50  # of free travel, for its noise
 # Parameters that the one-layer fit takes from the part of a recording that shows them
 ONE_LAYER = (

@@ -210,11 +210,6 @@ def _stated(tissue: Estimate) -> str:
     return f"E = {tissue.value / 1e3:.4g} kPa"
 
 
-def implied_reduced_modulus(force: float, depth: float, tip: Any, shank_radius: float | None = None) -> float:
-    """E_r [Pa] at which ``tip`` needs ``force`` [N] to reach ``depth`` [m]: force is proportional to E_r."""
-    return force / contact(tip, depth=depth, reduced_modulus=1.0, shank_radius=shank_radius).force
-
-
 def implied_poisson_ratio(reduced_modulus: float, young_modulus: float, needle: Needle | None = None) -> float:
     """Poisson ratio nu_2 for which a tissue of ``young_modulus`` [Pa] has ``reduced_modulus`` [Pa]; NaN if none in 0 to
     1 does.

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..display.tables import blocks, text_list
+from ..display.tables import blocks, text_list, text_table
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
@@ -57,6 +57,14 @@ class RecordingFit:
         object.__setattr__(self, "parameters", Parameters(self.parameters))
 
     @property
+    def surface(self) -> float:
+        """Depth [m] of zero indentation: its identified contact, at which the model starts, or the detected one; 0
+        without one."""
+        if "contact_depth" in self.parameters:
+            return self.parameters["contact_depth"].value
+        return self.events.contact.depth if self.events.contact is not None else 0.0
+
+    @property
     def residuals(self) -> np.ndarray:
         """Measured minus modelled force (n,) [N] at every sample; empty without a model."""
         if self.recording is None or len(self.predicted) != len(self.recording):
@@ -68,4 +76,4 @@ class RecordingFit:
         return f"<RecordingFit of {self.file!r}: {self.status}, {found}>"
 
     def __str__(self) -> str:
-        return blocks(repr(self), self.parameters.text(), text_list("Notes", self.notes))
+        return blocks(repr(self), text_table(*self.parameters.cells()), text_list("Notes", self.notes))

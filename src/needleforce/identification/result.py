@@ -2,57 +2,33 @@
 """The result of an identification: estimates with intervals, what was held fixed, and the model with its residual."""
 
 import dataclasses
-import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display.markup import Markup, element, join, listing
+from ..display.axes import FORCE, INDENTATION
+from ..display.canvas import MEASURED, MODEL
 from ..display.quantities import percent
-from ..display.tables import blocks, text_list
 from ..errors import InputError
 from ..models.model import Model
 from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
-from .estimates import Correlations, Parameters, Quality, correlations_of
+from .estimates import Correlations, Estimate, EstimateResult, Parameters, Quality, correlations_of
 from .models import run_model, with_ruptures
 from .recording_fit import RecordingFit
+from .settings import Choice, FitSettings
 from .two_pass.result import TwoPass
 
-
-@dataclass(frozen=True, kw_only=True)
-class FitSettings:
-    """How an identification was run.
-
-    ``answering`` of the ``repeats`` were identified. ``lateral_over_axial_force`` is the median ratio over the
-    recordings, None without lateral axes; ``noise`` is the noise model of the intervals in words.
-    """
-
-    stiffness_law: str
-    needle: str | None
-    repeats: int
-    answering: int
-    lateral_over_axial_force: float | None
-    noise: str
-
-
-class Choice(NamedTuple):
-    """One of the models compared: a stiffness law, or a number of layers, with its BIC, and for a law the median of the
-    modelled over the measured force at the puncture."""
-
-    name: str
-    bic: float
-    puncture_ratio: float = math.nan
+if TYPE_CHECKING:
+    from ..display.page import Page
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
-class Fit:
+class Fit(EstimateResult):
     """The identification of one condition from one or more repeats.
-
-    It prints as a table of the parameters with warnings and assumptions; in a notebook as the same in HTML.
 
     Attributes
     ----------
@@ -156,6 +132,16 @@ class Fit:
         return None
 
     @property
+    def estimates(self) -> Iterable[Estimate]:
+        """The pooled estimates."""
+        return self.parameters.values()
+
+    def new_insertion(self, recording: Recording) -> np.ndarray | None:
+        """Force (n,) [N] expected of an insertion that was not recorded, along the motion of a recording; None where no
+        scatter between repeats is known."""
+        return None
+
+    @property
     def residuals(self) -> tuple[np.ndarray, ...]:
         """Measured minus modelled force (n,) [N] of each recording; empty for one without a model."""
         return tuple(each.residuals for each in self.recordings)
@@ -196,27 +182,24 @@ class Fit:
 
         return inference_data(self.draws(draws, seed))
 
-    def to_dataframe(self) -> Any:
-        """The pooled estimates as a pandas DataFrame in SI, indexed by name."""
-        return self.parameters.to_dataframe()
-
     def to_csv(self, path: Any) -> None:
         """Write every estimate, pooled and of each recording, as a CSV table; see ``write_estimates``."""
         from .export import write_estimates
 
         write_estimates(self, path)
 
-    def to_json(self) -> str:
-        """The fit as JSON text, in the form of ``needleforce identify --json``."""
-        from .export import as_json
+    def document(self) -> dict:
+        """The complete fit as dicts and lists, in the form of ``needleforce identify --json``."""
+        from .export import fit_document
 
-        return as_json(self)
+        return fit_document(self)
 
-    def report(self, path: Any) -> None:
-        """Write a report as one HTML file that opens offline."""
-        from ..report import write_report
+    def _page(self, table: Sequence[dict[str, Any]] = ()) -> "Page":
+        """The report, with a comparison with known true values: rows of ``table`` with the keys quantity, unit, paper,
+        paper_sd, true, identified, low and high, in SI units, None, or text such as "not yet"."""
+        from .report.page import fit_page
 
-        write_report(self, path)
+        return fit_page(self, table)
 
     def save(self, path: Any) -> None:
         """Write the identified model as a preset file. Raises InputError for a fit without a model."""
@@ -224,28 +207,16 @@ class Fit:
 
         save(self.identified_model(), path)
 
-    def plot(self, axes: Any = None) -> Any:
-        """Draw force over indentation, measured and modelled, of every recording.
-
-        Parameters
-        ----------
-        axes : matplotlib.axes.Axes, optional
-            Where to draw; None makes a new figure.
-
-        Returns
-        -------
-        matplotlib.axes.Axes
-        """
-        from ..display.axes import FORCE, INDENTATION, MEASURED, MODEL, axes_for, finish
-
-        axes = axes_for(axes)
+    def _draw(self, axes: Any) -> tuple[str, ...]:
+        """Force over indentation, measured and modelled, of every recording."""
         drawn = [each for each in self.recordings if each.recording is not None]
         for k, each in enumerate(drawn):
-            indentation = 1e3 * (each.recording.depth - self._surface(each))
+            surface = each.surface if self.shared_contact is None else self.shared_contact
+            indentation = 1e3 * (each.recording.depth - surface)
             axes.plot(indentation, each.recording.force, color=MEASURED, lw=0.8, label="" if k else "measured")
             if len(each.predicted):
                 axes.plot(indentation, each.predicted, color=MODEL, lw=1.2, label="" if k else "model")
-        return finish(axes, INDENTATION, FORCE)
+        return INDENTATION, FORCE
 
     def identified_model(self) -> Model:
         """The model. Raises InputError with the reason where there is none."""
@@ -255,23 +226,14 @@ class Fit:
             raise InputError("model of the fit", "missing", reason, next_step=step)
         return self.model
 
-    def _surface(self, each: RecordingFit) -> float:
-        """Depth [m] from which the indentation of one recording is measured."""
-        if self.shared_contact is not None:
-            return self.shared_contact
-        if "contact_depth" in each.parameters:
-            return each.parameters["contact_depth"].value
-        return each.events.contact.depth if each.events.contact is not None else 0.0
-
     def _heading(self) -> str:
-        """Model, recordings and residual in one line."""
         answering = sum(bool(each.parameters) for each in self.recordings)
         name = "no model" if self.model is None else f"model {self.model.name}"
         rms = "" if self.quality is None else f", residual {1e3 * self.quality.rmse_N:.3g} mN rms"
         share = ""
         if self.quality is not None:
             share = f" ({percent(self.quality.nrmse)} of the peak, R² {self.quality.r2:.3f})"
-        return f"{name}, {answering} of {len(self.recordings)} recordings identified{rms}{share}"
+        return f"{type(self).__name__}: {name}, {answering} of {len(self.recordings)} recordings identified{rms}{share}"
 
     def _remarks(self) -> Iterable[tuple[str, tuple[str, ...]]]:
         """Titles with their sentences."""
@@ -286,21 +248,6 @@ class Fit:
         yield "How obtained", tuple(sources) if len(sources) == 1 else ()
         yield "Held fixed", self.held_fixed
         yield "Cannot be identified", self.unknown
-
-    def __repr__(self) -> str:
-        return f"<{type(self).__name__}: {self._heading()}>"
-
-    def __str__(self) -> str:
-        remarks = (text_list(title, sentences) for title, sentences in self._remarks())
-        return blocks(f"{type(self).__name__}: {self._heading()}", self.parameters.text(), *remarks)
-
-    def _repr_html_(self) -> Markup:
-        remarks = [
-            join([element("p", element("b", title)), listing(sentences)])
-            for title, sentences in self._remarks()
-            if sentences
-        ]
-        return join([element("p", self._heading()), self.parameters._repr_html_(), *remarks])
 
 
 def with_unreadable(fit: Fit | None, unreadable: list[tuple[str, InputError]]) -> Fit:

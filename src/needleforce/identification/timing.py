@@ -18,14 +18,13 @@ from ..segmentation import Events
 from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
 from .motion import DepthSignal, smoothed
-from .statistics.noise import TWO_SIDED, noise_of
+from .statistics.noise import SIGNIFICANT, TWO_SIDED, noise_of
 from .strokes import own_spans
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
 MAX_LAG_S = 0.15  # [s]
 MAX_SAMPLES = 100  # of the window: more add time and little knowledge
 STRETCHES = np.geomspace(5e-6, 5e-3, 8)  # [m] travel over which the force follows the reversal
-SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
 MIN_CHANGE_SIGMA = 20.0  # [standard deviations of a sample] of the force, so that a tenth of it is seen
 MIN_FOLLOWING = 1e-6  # mean square of the travel over its stretch
 FOLLOWED = 0.8  # of the change of the force

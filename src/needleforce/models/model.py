@@ -2,6 +2,7 @@
 """A model: one law for each part of the force in each layer, with the needle and tissue they are derived from."""
 
 import dataclasses
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
-from ..display.markup import Markup, element, join, listing, table
-from ..display.tables import PARAMETER_HEAD, blocks, named_rows, text_list, text_table
+from ..display.result import Printed
+from ..display.tables import PARAMETER_HEAD, named_rows
 from ..errors import InputError
 from ..references import citations
 from .laws import FAMILIES
@@ -62,7 +63,7 @@ class Layer:
 
 
 @dataclass(frozen=True, repr=False)
-class Model:
+class Model(Printed):
     """Laws with parameter values for every part of the force, with their reference and their doubtful values.
 
     Parameters
@@ -260,15 +261,14 @@ class Model:
         laws = ", ".join(getattr(self, family).name for family in FAMILIES)
         return f"<Model {self.name}{layers}: {laws}>"
 
-    def __str__(self) -> str:
-        rows = named_rows(self._parts())
-        heading = ": ".join(text for text in (f"Model {self.name}", self.summary) if text)
-        return blocks(heading, text_table(PARAMETER_HEAD, rows), text_list("Doubts", self.doubts))
+    def _heading(self) -> str:
+        return ": ".join(text for text in (f"Model {self.name}", self.summary) if text)
 
-    def _repr_html_(self) -> Markup:
-        heading = join([element("b", f"Model {self.name}"), f" {self.summary}"])
-        doubts = listing(self.doubts) if self.doubts else ""
-        return join([element("p", heading), table(PARAMETER_HEAD, named_rows(self._parts())), doubts])
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        return PARAMETER_HEAD, named_rows(self._parts())
+
+    def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Doubts", self.doubts
 
 
 class Insertion(core.Insertion):

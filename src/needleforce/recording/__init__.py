@@ -1,8 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings: files read into SI arrays with their provenance, and written again."""
 
-from .reader import read, read_all
-from .recording import Card, Note, Recording
-from .writer import write, write_columns
+from importlib import import_module
+from typing import Any
 
-__all__ = ["Card", "Note", "Recording", "read", "read_all", "write", "write_columns"]
+_HOME = {
+    "Card": "recording",
+    "Note": "recording",
+    "Recording": "recording",
+    "read": "reader",
+    "read_all": "reader",
+    "write": "writer",
+    "write_columns": "writer",
+}
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name: str) -> Any:
+    """Loads a name when it is first used: the process that reads foreign formats needs none of them."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    globals()[name] = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    return globals()[name]

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A recording of one experiment, simulated or measured, with its provenance."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -8,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from .. import core
-from ..display.markup import Markup, element, join, listing, table
 from ..display.quantities import spanned
-from ..display.tables import blocks, text_list, text_table
+from ..display.result import Printed
 from ..errors import InputError
 
 COLUMNS = ("time", "depth", "velocity", "force")
@@ -103,7 +103,7 @@ class Card:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Recording:
+class Recording(Printed):
     """One experiment as arrays of equal length in SI, sorted by time.
 
     Parameters
@@ -224,7 +224,8 @@ class Recording:
         InputError
             For another ``over``.
         """
-        from ..display.axes import DEPTH, FORCE, MEASURED, TIME, axes_for, finish
+        from ..display.axes import DEPTH, FORCE, TIME, axes_for, finish
+        from ..display.canvas import MEASURED
 
         if over not in ("depth", "time"):
             raise InputError("over", repr(over), "known are depth and time")
@@ -257,12 +258,12 @@ class Recording:
     def __repr__(self) -> str:
         return f"<Recording {self.name}: {'; '.join(f'{name} {text}' for name, text in self._summary())}>"
 
-    def __str__(self) -> str:
-        notes = (note.message for note in self.notes)
-        remarks = text_list("Assumed", self.card.assumptions), text_list("Notes", notes)
-        return blocks(f"Recording {self.name}", text_table(("quantity", "value"), self._summary()), *remarks)
+    def _heading(self) -> str:
+        return f"Recording {self.name}"
 
-    def _repr_html_(self) -> Markup:
-        remarks = [*self.card.assumptions, *(note.message for note in self.notes)]
-        title = element("p", element("b", f"Recording {self.name}"))
-        return join([title, table(("quantity", "value"), self._summary()), listing(remarks) if remarks else ""])
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        return ("quantity", "value"), self._summary()
+
+    def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Assumed", self.card.assumptions
+        yield "Notes", [note.message for note in self.notes]

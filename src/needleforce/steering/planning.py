@@ -2,30 +2,37 @@
 """Base motion so that the tip reaches a target: past obstacles, within limits, with its force and its uncertainty."""
 
 import math
-import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..display.markup import listing, table
+from ..display.result import Result
 from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
-from .base_motion import BaseMotion
+from .base_motion import COLUMNS, BaseMotion
 from .obstacles import Obstacle, distance_to
 from .plan_problem import OVER_LIMIT, PlanProblem, SteeringLimits, loads_of
 from .plan_search import Search, best
 from .steering_model import SteeringModel, steering_model
-from .tip_paths import TipPath
+from .tip_paths import TIP_COLUMNS, TipPath
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ..display.page import Page
 
 TOLERANCE = 1e-4  # [m] of a target that is reached
 MAX_ROWS = 400
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Plan:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Plan(Result):
     """A planned insertion.
 
     Attributes
@@ -95,11 +102,83 @@ class Plan:
             raise InputError("level", level, "must be above 0 and below 1", next_step="Give 0.95 for 95 %.")
         return self.sd * math.sqrt(-2.0 * math.log(1.0 - level))
 
-    def report(self, path: str | os.PathLike) -> None:
-        """Write a report as one HTML file that opens offline."""
-        from ..report import write_plan_report
+    def _heading(self) -> str:
+        target = ", ".join(f"{1e3 * value:.2f}" for value in self.target)
+        within = f"within {1e3 * self.tube()[-1]:.2f} mm with 95 %"
+        end = f"The tip ends {1e3 * self.miss:.2f} mm from the target at ({target}) mm, {within}"
+        clear = ""
+        if np.isfinite(self.clearance):
+            touched = ", which it may touch within its uncertainty" * (self.uncertain_clearance < 0.0)
+            clear = f", and stays {1e3 * self.clearance:.2f} mm away from obstacles{touched}"
+        return f"{end}{clear}." + " The plan has faults, listed below." * bool(self.faults)
 
-        write_plan_report(self, path)
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        heads = ("depth [mm]", "base x [mm]", "base y [mm]", "roll [°]", "tip x [mm]", "tip y [mm]", "95 % radius [mm]")
+        rows = [
+            [*(f"{value:.2f}" for value in row.values()), *(f"{1e3 * value:.2f}" for value in (*tip[:2], radius))]
+            for row, tip, radius in zip(self.motion.rows(), self.path, self.tube())
+        ]
+        return heads, rows
+
+    def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Faults", self.faults
+
+    def _draw(self, axes: Any) -> tuple[str, ...]:
+        """The path of the tip across, over its depth, with the target."""
+        from .figures import draw_path
+
+        labels = draw_path(axes, self.path)
+        axes.plot([1e3 * self.target[2]] * 2, 1e3 * self.target[:2], "kx", label="target")
+        return labels
+
+    def document(self) -> dict:
+        """Target, what is missed, faults and steps, as ``to_json`` writes them."""
+        keys, motion = ("x_m", "y_m", "z_m"), self.motion
+        steps = zip(motion.depth, motion.lateral, motion.roll)
+        ends, loads = zip(self.path, self.tube()), zip(self.force, self.wrench)
+        rows = [
+            {
+                "depth_m": depth, "base_x_m": base[0], "base_y_m": base[1], "roll_rad": roll,
+                "tip": dict(zip(keys, tip)), "radius_95_m": radius, "force_N": force, "wrench": list(wrench),
+            }
+            for (depth, base, roll), (tip, radius), (force, wrench) in zip(steps, ends, loads)
+        ]  # fmt: skip
+        return {
+            "target": dict(zip(keys, self.target)),
+            "miss_m": self.miss,
+            "clearance_m": self.clearance if math.isfinite(self.clearance) else None,
+            "faults": list(self.faults),
+            "steps": rows,
+        }
+
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """A pandas DataFrame with a row for each step, units in the names of its columns."""
+        columns = dict(zip(TIP_COLUMNS, 1e3 * self.path.T)) | {"radius_95_mm": 1e3 * self.tube(), "force_N": self.force}
+        return self.motion.to_dataframe().assign(**columns)
+
+    def _page(self) -> "Page":
+        from ..display.page import Page, section
+        from . import figures
+
+        rows = [
+            (*(f"{value:.3f}" for value in row.values()), f"{1e3 * radius:.2f}", f"{force:.3f}")
+            for row, radius, force in zip(self.motion.rows(), self.tube(), self.force)
+        ]
+        steps = table((*COLUMNS, "radius_95_mm", "axial_force_N"), rows, class_="numbers dense")
+        path = figures.plan_path(self.path, self.tube(), self.problem.obstacles, self.target)
+        loads = figures.loads(self.motion.depth, self.force, self.wrench)
+        return Page(
+            title="A planned insertion",
+            kind="steering plan",
+            outcome=self.heading(),
+            sections=[
+                section("Faults", listing(self.faults), name="faults"),
+                section("Path", path, name="path"),
+                section("Motion of the base", figures.base_motion(self.motion), name="motion"),
+                section("Force and wrench", loads, name="loads"),
+                section("Table", steps, name="table"),
+            ],
+        )
 
     def replan(self, readings: TipPath, *, progress: Callable[[int, float], None] | None = None) -> "Plan":
         """Plan the rest anew from the tips that were measured so far.

@@ -4,9 +4,11 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..display.result import Result
 from ..errors import InputError
 from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
@@ -15,17 +17,22 @@ from .base_motion import COLUMNS as BASE_COLUMNS
 from .base_motion import BaseMotion, base_moves
 from .path_errors import PathReadings
 from .steering_model import SteeringModel, steering_model
-from .tip_paths import TipPath
+from .tip_paths import TIP_COLUMNS, TipPath
+
+if TYPE_CHECKING:
+    import pandas
+
+    from ..display.page import Page
 
 COLUMNS = (
-    *BASE_COLUMNS, "tip_x_mm", "tip_y_mm", "tip_z_mm", "force_N", "fx_N", "fy_N", "fz_N", "tx_Nmm", "ty_Nmm", "tz_Nmm",
+    *BASE_COLUMNS, *TIP_COLUMNS, "force_N", "fx_N", "fy_N", "fz_N", "tx_Nmm", "ty_Nmm", "tz_Nmm",
     "status",
 )  # fmt: skip
 _SHAPES = 5
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class SteeredRun:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class SteeredRun(Result):
     """What a needle does in the steps of a base motion.
 
     Attributes
@@ -55,21 +62,66 @@ class SteeredRun:
     layers: tuple[float, ...]
     lost: np.ndarray
 
+    def rows(self) -> list[dict[str, float | str]]:
+        """A row a step under ``COLUMNS``."""
+        units = np.array([1.0] * 3 + [1e3] * 3)
+        numbers = np.column_stack([1e3 * self.tip, self.force, units * self.wrench])
+        return [
+            row | dict(zip(COLUMNS[len(row) :], [*map(float, values), "lost" if lost else "ok"], strict=True))
+            for row, values, lost in zip(self.motion.rows(), numbers, self.lost)
+        ]
+
     def write(self, path: str | os.PathLike) -> None:
         """Write a row a step as CSV. Raises InputError if the file cannot be written."""
-        units = np.array([1.0] * 3 + [1e3] * 3)
         with atomic_write(path) as file:
             file.write(",".join(COLUMNS) + "\n")
-            for k, row in enumerate(self.motion.rows()):
-                numbers = [*row.values(), *(1e3 * self.tip[k]), self.force[k], *(units * self.wrench[k])]
-                status = "lost" if self.lost[k] else "ok"
-                file.write(",".join([*(f"{value:.6g}" for value in numbers), status]) + "\n")
+            for row in self.rows():
+                *numbers, status = row.values()
+                file.write(",".join([*(f"{value:.6g}" for value in numbers), str(status)]) + "\n")
 
-    def report(self, path: str | os.PathLike) -> None:
-        """Write a report as one HTML file that opens offline."""
-        from ..report import write_run_report
+    def _heading(self) -> str:
+        end = ", ".join(f"{1e3 * value:.2f}" for value in self.tip[-1])
+        lost = " Some steps are invalid: the needle buckles, or a step is impossible." * bool(self.lost.any())
+        return f"The tip ends at ({end}) mm, with an axial force of {self.force[-1]:.3f} N.{lost}"
 
-        write_run_report(self, path)
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        shown = [name for name in COLUMNS if name not in ("fz_N", "tz_Nmm")]
+        rows = [
+            [f"{row[name]:.3f}" if isinstance(row[name], float) else row[name] for name in shown] for row in self.rows()
+        ]
+        return shown, rows
+
+    def _draw(self, axes: Any) -> tuple[str, ...]:
+        """The path of the tip across, over its depth."""
+        from .figures import draw_path
+
+        return draw_path(axes, self.tip)
+
+    def document(self) -> dict:
+        """Steps and layers, as ``to_json`` writes them."""
+        return {"steps": self.rows(), "layers_m": list(self.layers)}
+
+    def to_dataframe(self) -> "pandas.DataFrame":
+        """A pandas DataFrame with a row for each step, units in the names of its columns."""
+        import pandas
+
+        return pandas.DataFrame(self.rows(), columns=list(COLUMNS))
+
+    def _page(self) -> "Page":
+        from ..display.page import Page, section
+        from . import figures
+
+        loads = figures.loads(self.motion.depth, self.force, self.wrench)
+        return Page(
+            title="A simulated insertion",
+            kind="steering",
+            outcome=self.heading(),
+            sections=[
+                section("Path", figures.run_path(self.tip, self.shapes, self.layers), name="path"),
+                section("Force and wrench", loads, name="loads"),
+                section("Motion of the base", figures.base_motion(self.motion), name="motion"),
+            ],
+        )
 
 
 def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, axial: Model | None = None) -> SteeredRun:

@@ -5,7 +5,7 @@ leave unexplained aside."""
 import math
 from collections.abc import Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from .result import SteeringResult
 from .steering_model import SteeringModel
 from .steering_parameters import MODELS, Progress, held_at, search, within_reach
 from .tip_paths import TipPath
+
+if TYPE_CHECKING:
+    from ..display.page import Figure
 
 MIN_STEPS = 12  # in which the base moved
 SIGNIFICANT = 5.0  # standard errors; one false alarm in more than 100 000 insertions of such a needle
@@ -55,6 +58,11 @@ class SteeringFit(SteeringResult):
         return {
             name: {"rms_m": value, "left_out_rms_m": left_out.get(name, math.nan)} for name, value in self.rms.items()
         }
+
+    def _tip_figures(self) -> "Sequence[Figure]":
+        from .figures import tips
+
+        return [tips([(path, self.predict(path)) for path in self.model.predictor.insertions])]
 
     @property
     def left_out(self) -> dict[str, float]:

@@ -9,6 +9,7 @@ from ..errors import InputError
 
 ENTRY = 6e-3  # [m] of travel that count as the entry
 MAX_COMPARED = 60  # rows of an insertion that a fit compares
+TIP_COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm")  # of tables of steps
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...core import tips
+from ...display.quantities import plain
 from ...errors import InputError
 from ...identification.contact_search import MIN_IN_CONTACT, ContactSearch
+from ...identification.estimates import Estimate, EstimateResult
 from ...identification.indentation import MIN_FREE_SAMPLES, MIN_RISE_SIGMA
 from ...identification.one_layer.deformation_fit import FLIP_SIGN, MIN_LOADING_SAMPLES
 from ...identification.statistics.noise import TWO_SIDED, noise_of
@@ -31,8 +33,8 @@ _MARGIN = 0.05  # of the indentation, that is solved in addition where the conta
 _MAX_RETURN = 0.02  # of the curve's length, by which a depth may be above one before
 
 
-@dataclass(frozen=True)
-class HyperelasticFit:
+@dataclass(frozen=True, repr=False)
+class HyperelasticFit(EstimateResult):
     """Moduli found from a curve, with 95 % intervals, and what linear theory finds from the same.
 
     Attributes
@@ -78,6 +80,28 @@ class HyperelasticFit:
     rmse: float
     linear_rmse: float
     solutions: int
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """The shear moduli of the labels [Pa], c10 and c01 of Mooney-Rivlin ones, and the depth of contact [m]."""
+        moduli = [
+            Estimate(f"{name}_{label}", float(getattr(self.materials[label], name)), "Pa", low, self.high[label][name])
+            for label, limits in self.low.items()
+            for name, low in limits.items()
+        ]
+        return (*moduli, Estimate("contact_depth", self.contact_depth, "m", self.contact_low, self.contact_high))
+
+    def _heading(self) -> str:
+        young = ", ".join(f"{label} {plain(value, 'Pa')}" for label, value in self.young_modulus.items())
+        return f"HyperelasticFit: Young modulus at small strain {young}, residual {plain(self.rmse, 'N')} rms"
+
+    def document(self) -> dict:
+        """The numbers for JSON."""
+        names = (
+            *("young_modulus", "linear_young_modulus", "closed_form", "closed_form_modulus", "large_strain_factor"),
+            *("geometry_factor", "rmse", "linear_rmse", "solutions"),
+        )
+        return super().document() | {name: getattr(self, name) for name in names}
 
 
 def fit_hyperelastic(

@@ -5,11 +5,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from numbers import Real
+from typing import Any
 
 import numpy as np
 
+from ...display.axes import DEPTH, FORCE
+from ...display.canvas import MEASURED, MODEL
+from ...display.quantities import plain
 from ...errors import InputError
-from ...identification.estimates import Estimate, Parameters
+from ...identification.estimates import Estimate, EstimateResult, Parameters
 from ...identification.statistics.noise import TWO_SIDED
 from ...models.model import Model
 from ...recording.source import RecordingSource, recording_of
@@ -20,6 +24,7 @@ from ..materials import Elastic
 from ..mesh.block import graded_lines, grid
 from .insertion_curve import InsertionCurve, insertion_curve
 from .insertion_search import Found, InsertionSearch, StiffnessByLabel, stiffness_by_label
+from .modulus_fit import modulus_estimates
 
 MAX_HALF_WIDTH = float(np.log(10.0))  # of the logarithm of a modulus: beyond, the curve does not show it
 MIN_STICKING = 3.0  # [resolutions of the depth] travel after a reversal in which the shaft sticks
@@ -32,8 +37,8 @@ _LOG_UNIT = float(np.log(20e3))  # of its modulus [Pa] before the search
 _TURNS, _SETTLED = 6, 5e-3  # of condensing, where labels have moduli of their own; change of a modulus that ends them
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class InsertionFit:
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class InsertionFit(EstimateResult):
     """Moduli found from an insertion, with 95 % intervals, and what was found with them.
 
     Attributes
@@ -71,6 +76,25 @@ class InsertionFit:
     fitted: np.ndarray = field(repr=False)
     rmse: float
     noise: float
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """The moduli of the labels [Pa], and ``parameters``."""
+        return (*modulus_estimates(self.young_modulus, self.low, self.high), *self.parameters.values())
+
+    def _heading(self) -> str:
+        return f"InsertionFit: residual {plain(self.rmse, 'N')} rms, noise {plain(self.noise, 'N')}"
+
+    def _draw(self, axes: Any) -> tuple[str, ...]:
+        """Measured and fitted force over depth."""
+        axes.plot(1e3 * self.depth, self.force, color=MEASURED, lw=0.8, label="measured")
+        axes.plot(1e3 * self.depth, self.fitted, color=MODEL, lw=1.2, label="fitted")
+        return DEPTH, FORCE
+
+    def document(self) -> dict:
+        """The numbers for JSON."""
+        names = ("half_space_modulus", "geometry_factor", "rmse", "noise")
+        return super().document() | {name: getattr(self, name) for name in names}
 
 
 def fit_insertion(

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...display.quantities import plain
 from ...errors import InputError
+from ...identification.estimates import Estimate, EstimateResult
 from ...identification.indentation import fit_indentation
 from ...identification.statistics.noise import TWO_SIDED, noise_of
 from ...mechanics.contact import contact
@@ -20,8 +22,8 @@ _STEP = 0.05  # of the logarithm of a modulus, in a derivative
 _SHALLOWEST = 0.08  # share of the deepest, below which the half-space's shape is used
 
 
-@dataclass(frozen=True)
-class ModulusFit:
+@dataclass(frozen=True, repr=False)
+class ModulusFit(EstimateResult):
     """Moduli found from a curve, with 95 % intervals.
 
     Attributes
@@ -50,6 +52,26 @@ class ModulusFit:
     geometry_factor: float
     rmse: float
     solutions: int
+
+    @property
+    def estimates(self) -> tuple[Estimate, ...]:
+        """The moduli of the labels [Pa] and the depth of contact [m]."""
+        contact = Estimate("contact_depth", self.contact_depth, "m", self.contact_low, self.contact_high)
+        return (*modulus_estimates(self.young_modulus, self.low, self.high), contact)
+
+    def _heading(self) -> str:
+        return f"ModulusFit: residual {plain(self.rmse, 'N')} rms, {self.solutions} solutions of the contact"
+
+    def document(self) -> dict:
+        """The numbers for JSON."""
+        names = ("half_space_modulus", "geometry_factor", "rmse", "solutions")
+        return super().document() | {name: getattr(self, name) for name in names}
+
+
+def modulus_estimates(values: dict[str, float], low: dict[str, float], high: dict[str, float]) -> list[Estimate]:
+    """The Young modulus [Pa] of each label as an estimate."""
+    named = ((label, f"young_modulus_{label}" if label else "young_modulus") for label in values)
+    return [Estimate(name, values[label], "Pa", low[label], high[label]) for label, name in named]
 
 
 def fit_modulus(

@@ -13,7 +13,8 @@ from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, referenc
 from ..models import LAYERED, run_model
 from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
-from ..result import Choice, Fit
+from ..result import Fit
+from ..settings import Choice
 from ..strokes import cycle_span
 from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles
 from .known_stiffness import refined_with, with_known

@@ -14,12 +14,11 @@ from ...models.parameter_units import UNITS
 from ..estimates import Estimate
 from ..models import LAYERED, UNKNOWN_TIP, half_angle
 from ..recording_fit import RecordingFit
-from ..result import FitSettings
+from ..settings import Evidence, FitSettings, LayeredSettings
 from ..statistics.noise import TWO_SIDED, noise_of
 from .known_stiffness import disagreements
 from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MIN_INDENTATION_M, MM, NO_RELAXATION, NO_SATURATION, LayerRow, prefix
-from .result import Evidence, LayeredSettings
 from .search import Solved
 from .uncertainty import absent
 

@@ -125,21 +125,6 @@ class LayeredParameters:
         first = self.shared + run * self.layers
         return slice(first, first + self.layers)
 
-    def affected_layers(self, place: int) -> np.ndarray:
-        """True (layers,) for the layers whose force depends on the unknown at an index of x."""
-        if place < self.relaxing:
-            layer = place // PER_LAYER
-        elif place < self.shared:
-            return np.ones(self.layers, bool)
-        else:
-            layer = (place - self.shared) % self.layers
-        return np.arange(self.layers) == layer
-
-    def run_places(self, run: int) -> np.ndarray:
-        """Indices in x of the fitted values on which the force of one run depends."""
-        own = [*range(self.shared), *range(self.size)[self.punctures_of(run)]]
-        return np.array([k for k in own if k not in self.held])
-
     def steps(self) -> np.ndarray:
         """Steps (size,) of the finite differences."""
         common, punctures = np.full(4, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE_MM)

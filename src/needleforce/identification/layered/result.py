@@ -13,41 +13,12 @@ from ...segmentation import Events
 from ...segmentation.strokes import cycles
 from ..estimates import Correlations
 from ..models import with_ruptures
-from ..result import Fit, FitSettings
+from ..result import Fit
+from ..settings import LayeredSettings
 from ..strokes import stroke_speed
 from .binned_cycle import recorded_punctures
 from .prediction import Expectation, Ruptures
 from .uncertainty import Uncertainty
-
-
-@dataclass(frozen=True, kw_only=True)
-class Evidence:
-    """One choice of layers and mechanisms that was tried.
-
-    ``parameters`` is the number of fitted ones, ``residual`` the rms over the peak, ``left_out`` the error over the
-    peak on held-out repeats, None with fewer than three repeats; ``ties`` is True if these recordings do not
-    distinguish it from the ``chosen`` one.
-    """
-
-    choice: str
-    parameters: int
-    residual: float
-    bic: float
-    left_out: float | None
-    ties: bool
-    chosen: bool
-
-
-@dataclass(frozen=True, kw_only=True)
-class LayeredSettings(FitSettings):
-    """How a layered fit was run: the number of shared ``parameters``, the speed [m/s] to which they refer, and how the
-    number of ``layers`` was chosen."""
-
-    parameters: int
-    speed_m_s: float
-    layers: int
-    chosen_by: str
-    evidence: tuple[Evidence, ...]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -92,6 +63,10 @@ class LayeredFit(Fit):
         force = self.expectation.force(np.ascontiguousarray(recording.depth, float), dt, own, shift)
         return self._speed_factor(recording) * force
 
+    def new_insertion(self, recording: Recording) -> np.ndarray | None:
+        """As ``predict``; None from one recording."""
+        return None if self.population is None else self.predict(recording)
+
     def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
         """As ``Fit.placed``; without ``events`` the population model. Forces at another speed are not scaled."""
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
@@ -101,6 +76,15 @@ class LayeredFit(Fit):
             return model, contact
         shift, depths = self.ruptures.of(events, recording)
         return with_ruptures(model, depths - contact - shift), contact + shift
+
+    def document(self) -> dict:
+        """As of a ``Fit``, with the rupture depths in the recordings' zero and the population model."""
+        from ..export import preset_document
+
+        found, model = self.ruptures, self.population
+        ruptures = {"depth_m": found.depth, "past_peak_m": found.past_peak, "contact_depth_m": found.contact}
+        population = {"contact_depth_m": self.population_contact, "preset": preset_document(model)}
+        return super().document() | {"ruptures": ruptures, "population": None if model is None else population}
 
     @property
     def shared_contact(self) -> float | None:

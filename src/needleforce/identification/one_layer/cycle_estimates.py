@@ -8,7 +8,7 @@ import numpy as np
 
 from ..motion import depths_between
 from ..statistics.noise import TWO_SIDED, Noise, likely_punctures, noise_of, sandwich
-from .cycle_values import CycleFit, CycleOptions, CycleResiduals, PunctureSamples
+from .cycle_values import CycleFit, CycleOptions, CycleResiduals, PunctureSamples, limits
 from .loading_curves import CURVES
 
 UNKNOWNS = (
@@ -118,8 +118,7 @@ class CycleEstimates:
         variances["puncture_indentation"] = variance[1] + spread
         variances["puncture_force"] = by_law + by_contact**2 * spread
         half = {name: TWO_SIDED * math.sqrt(max(value, 0.0)) for name, value in variances.items()}
-        low = {name: value - half.get(name, 0.0) for name, value in values.items()}
-        high = {name: value + half.get(name, 0.0) for name, value in values.items()}
+        low, high = limits(values, half)
         if "saturation_depth" in half and high["saturation_depth"] > h:
             high["saturation_depth"] = math.inf  # beyond the puncture, the saturation depth has no effect
         if not self.found["free"][2]:

@@ -45,7 +45,7 @@ def fit_cycle(
     warning).
 
     Where the best fit has no saturation, the lower limit of its depth takes several more fits. Not ``limited``, they
-    are left for ``with_saturation_limit``, as of a law that may not be chosen.
+    are left for ``limit_saturation``, as of a law that may not be chosen.
 
     Variable projection (Golub & Pereyra 1973) over running sums, an exhaustive scan of the puncture, then Gauss-Newton.
     The intervals (``covariance``) include noise, not errors of the model. BIC counts every sample as independent.
@@ -71,7 +71,7 @@ def fit_cycle(
     return fit
 
 
-def with_saturation_limit(fit: CycleFit, *strokes: np.ndarray | None) -> CycleFit:
+def limit_saturation(fit: CycleFit, *strokes: np.ndarray | None) -> CycleFit:
     """A fit of these ``strokes`` that was not ``limited``, as it is with the lower limit of its saturation depth."""
     name = "saturation_depth"
     if fit.options is None or not (fit.saturation_sought and fit.values[name] == np.inf):

@@ -2,6 +2,7 @@
 """The fit of one cycle as values: parameters with intervals, samples of the puncture, residuals; and its estimates."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -66,6 +67,15 @@ class FittedValues:
     """True if errors of the model are in the intervals too, not only noise; see ``model_errors``."""
 
 
+def limits(values: Mapping[str, float], half: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
+    """The limits of intervals of so many half widths on each side; those without one are the value itself."""
+    width = {name: float(half.get(name, 0.0)) for name in values}
+    return (
+        {name: value - width[name] for name, value in values.items()},
+        {name: value + width[name] for name, value in values.items()},
+    )
+
+
 class PunctureSamples(NamedTuple):
     """The puncture as samples of the insertion: ``before`` of them lie before it; at ``LEVEL`` or more it is between
     ``low`` and ``high``. So many are ``left_out`` on each side, at the insertion's end and at the withdrawal's start.
@@ -126,7 +136,7 @@ class CycleFit(FittedValues):
     by_stages: bool = False
     """True for a staged fit: first the loading curve, then friction and cutting. False for a complete fit."""
     options: CycleOptions | None = None
-    """Of a complete fit, until ``with_saturation_limit`` has repeated it; None for a staged one."""
+    """Of a complete fit, until ``limit_saturation`` has repeated it; None for a staged one."""
 
     def with_puncture(self, depth: float, half: float) -> "CycleFit":
         """The fit with the puncture at another ``depth`` [m], within ``half`` of it; indentation and force follow."""
@@ -140,12 +150,8 @@ class CycleFit(FittedValues):
         middle["puncture_force"] = float(curve.force(np.float64(h), self.values))
         widths = {"puncture_depth": half, "puncture_indentation": math.hypot(half, contact)}
         widths["puncture_force"] = math.hypot(by_law, half * float(slopes["contact_depth"]))
-        return replace(
-            self,
-            values=self.values | middle,
-            low=self.low | {name: value - widths[name] for name, value in middle.items()},
-            high=self.high | {name: value + widths[name] for name, value in middle.items()},
-        )
+        low, high = limits(middle, widths)
+        return replace(self, values=self.values | middle, low=self.low | low, high=self.high | high)
 
 
 def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:

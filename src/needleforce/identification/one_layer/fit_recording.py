@@ -15,7 +15,7 @@ from ...vocabulary import Status
 from ..motion import depths_between
 from ..statistics.noise import DriftEffect
 from ..strokes import Strokes, depth_before, filter_delay, strokes_of
-from .cycle_fit import fit_cycle, with_saturation_limit
+from .cycle_fit import fit_cycle, limit_saturation
 from .cycle_values import CycleFit, CycleOptions
 from .deformation_fit import DeformationFit, fit_deformation
 from .gradual_fit import FirstLayer, fit_gradual
@@ -286,7 +286,7 @@ def _first_puncture_note(punctures: int, first: float) -> str:
 
 def limited(single: SegmentedRecording, law: str) -> CycleFit:
     """The fit of a law with the lower limit of its saturation depth, which takes several more fits."""
-    return with_saturation_limit(single.fits[law], *_first_layer(single).arrays)
+    return limit_saturation(single.fits[law], *_first_layer(single).arrays)
 
 
 def peak_force(single: SegmentedRecording) -> float:

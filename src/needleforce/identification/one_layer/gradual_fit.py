@@ -13,7 +13,7 @@ from ...errors import InputError
 from ..statistics.noise import TWO_SIDED, DriftEffect, Noise, noise_of, sandwich
 from ..statistics.regression import inverse
 from ..strokes import Strokes
-from .cycle_values import CycleFit, CycleResiduals, PunctureSamples
+from .cycle_values import CycleFit, CycleResiduals, PunctureSamples, limits
 from .deformation_fit import DeformationFit
 from .gradual_search import (
     AMPLITUDE,
@@ -276,8 +276,7 @@ class GradualEstimates:
         }
         half = dict(zip(self.order, TWO_SIDED * np.sqrt(np.maximum(self.covariance.diagonal(), 0.0))))
         half |= self._half_of_peak(reduced)
-        low = {name: value - float(half.get(name, 0.0)) for name, value in values.items()}
-        high = {name: value + float(half.get(name, 0.0)) for name, value in values.items()}
+        low, high = limits(values, half)
         for name in (*FITS[law].parameters, "friction_per_length", "cutting_force"):
             low[name] = max(low[name], 0.0)
         residual_in = (

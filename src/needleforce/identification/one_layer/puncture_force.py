@@ -10,7 +10,7 @@ from ...models.parameter_units import UNITS
 from ...segmentation import Puncture
 from ...segmentation.strokes import white_noise
 from ..estimates import Estimate
-from ..statistics.noise import TWO_SIDED, Noise, noise_of
+from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise, noise_of
 from ..statistics.regression import coefficients, inverse
 from ..strokes import Strokes
 from .cycle_values import CycleFit
@@ -18,7 +18,6 @@ from .cycle_values import CycleFit
 WINDOW_M = 0.1e-3  # [m] of travel before the puncture
 MIN_SAMPLES = 10  # in the window
 MAX_MISMATCH = 0.05  # [of the measured force] more than the noise allows, and more than this, is not met
-SIGNIFICANT = 3.29  # [standard errors] noise exceeds it once in a thousand recordings
 MIN_FREE_SAMPLES = 50  # of free travel, for the noise
 PEAK_DROP_SIGMA = 5.0  # [standard deviations of the noise] more than the largest of the samples near a peak
 SOURCE = "measured: curve through the last 0.1 mm before the puncture"

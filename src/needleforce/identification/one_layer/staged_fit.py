@@ -18,7 +18,7 @@ from ..statistics.regression import inverse
 from ..strokes import Strokes
 from ..two_pass.result import FrictionForm
 from ..two_pass.second_pass import MIN_BINS, bin_means, friction_forms, shape
-from .cycle_values import CycleFit, CycleResiduals
+from .cycle_values import CycleFit, CycleResiduals, limits
 from .deformation_fit import DeformationFit
 
 MAX_CONTACT_SHIFT = 3.0  # [standard errors of the loading curve's contact depth] Hausman's test of the shared one
@@ -165,8 +165,7 @@ def _limits(
     samples = 0.5 * (joint.high["puncture_depth"] - joint.low["puncture_depth"])
     half["puncture_indentation"] = math.hypot(half["contact_depth"], samples)
     half["puncture_force"] = _peak_limit(values, loading, samples)
-    low = {name: value - float(half.get(name, 0.0)) for name, value in values.items()}
-    high = {name: value + float(half.get(name, 0.0)) for name, value in values.items()}
+    low, high = limits(values, half)
     for name in ("friction_per_length", "cutting_force", *loading.curve.parameters):
         low[name] = max(low[name], 0.0)
     puncture = "puncture_depth"

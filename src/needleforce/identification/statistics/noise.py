@@ -20,6 +20,9 @@ TWO_SIDED, ONE_SIDED = 1.959963984540054, 1.6448536269514722
 """Standard normal quantiles at (1 + LEVEL) / 2 and at LEVEL: the half width of an interval, and the distance of a
 one-sided limit, in standard errors. Written out so that SciPy is not loaded; a test compares them with ``LEVEL``."""
 
+SIGNIFICANT = 3.29
+"""[standard errors] Noise exceeds it once in a thousand recordings."""
+
 MAX_GAIN_GAP = 40.0
 """[variances] A puncture whose sum of squares exceeds the least by more has no weight: exp(-20)."""
 

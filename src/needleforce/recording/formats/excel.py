@@ -3,14 +3,12 @@
 
 import hashlib
 import re
-import zipfile
-import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import date, datetime, time, timedelta
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +22,9 @@ from .arrays import MAX_COLUMNS, check_count
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, numbers_of
 from .rows import Block, blocks, is_missing, is_number
+
+if TYPE_CHECKING:
+    import zipfile
 
 _STATING_ROWS = 256  # above a table, that may state a rate, a speed or a unit
 _MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 columns
@@ -90,6 +91,9 @@ def _formulas_without_value(content: bytes, path: Path) -> int:
     Raises InputError for an archive that is damaged, or unpacks to more than any workbook of its size, and for a sheet
     whose cells are so far apart that the library would take all memory for those between them.
     """
+    import zipfile
+    import zlib
+
     limit, count = unpacked_limit(len(content)), 0
     try:
         with zipfile.ZipFile(BytesIO(content)) as archive:
@@ -104,7 +108,7 @@ def _formulas_without_value(content: bytes, path: Path) -> int:
     return count
 
 
-def _looked_through(archive: zipfile.ZipFile, member: zipfile.ZipInfo, limit: int, path: Path) -> tuple[int, int]:
+def _looked_through(archive: "zipfile.ZipFile", member: "zipfile.ZipInfo", limit: int, path: Path) -> tuple[int, int]:
     """Formulas without value in a member of the archive, and the bytes that the others may have."""
     count, rest, rows, columns = 0, b"", 0, 0
     with archive.open(member) as file:

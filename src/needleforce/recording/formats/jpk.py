@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Force curves of JPK instruments (Bruker) by afmformats: a recording a curve, with the depth of the tip."""
 
-import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -42,7 +41,9 @@ def tables(path: Path) -> list[Table]:
 
 def _check_unpacked(path: Path) -> None:
     """Raise InputError for an archive that is far larger unpacked, and as numbers of 8 bytes, of 2 in the file."""
-    with open_regular(path) as file, zipfile.ZipFile(file) as archive:
+    from zipfile import ZipFile
+
+    with open_regular(path) as file, ZipFile(file) as archive:
         size = sum(each.file_size for each in archive.infolist())
     check_size(4 * size, unpacked_limit(path.stat().st_size), path)
 

@@ -2,7 +2,6 @@
 """NumPy arrays in npy and npz files, by numpy without pickles: npy files are mapped into memory."""
 
 import math
-import zipfile
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ _NUMERIC = "iufmM"  # kinds of types; times are read in seconds
 _PICKLED = "pickled Python objects"
 _STEP = "Save plain arrays of numbers, such as np.savez(path, time=time, force=force)."
 _MAX_SINGLE_BYTES = 4096  # of a single value that is kept with the table
-_METHODS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # those of np.savez and np.savez_compressed
+_METHODS = (0, 8)  # stored and deflate, those of np.savez and np.savez_compressed
 
 
 def tables(path: Path) -> list[Table]:
@@ -83,15 +82,19 @@ def _opened(path: Path, member: str) -> Iterator[BinaryIO]:
         if not member:
             yield file
             return
-        with zipfile.ZipFile(file) as archive, archive.open(member) as stream:
+        from zipfile import ZipFile
+
+        with ZipFile(file) as archive, archive.open(member) as stream:
             yield stream
 
 
 def _stored(path: Path) -> list[_Stored]:
     """The arrays of a file. Raises InputError for an archive that would take more memory than a recording."""
+    from zipfile import ZipFile
+
     sizes = {"": path.stat().st_size}
     with open_regular(path) as file:
-        members = zipfile.ZipFile(file).infolist() if file.read(len(_ZIP)) == _ZIP else None
+        members = ZipFile(file).infolist() if file.read(len(_ZIP)) == _ZIP else None
     if members is not None:
         check_count("arrays", len(members), _MAX_MEMBERS, path)
         check_size(sum(each.file_size for each in members), unpacked_limit(sizes[""]), path)

@@ -88,8 +88,9 @@ class _Columns:
         with reading(self._path, _FORMAT):
             if counts:
                 values = values.cast(int64() if kind.bit_width == 64 else "int32").cast(int64())
-            numbers = values.cast(float64(), safe=False).to_numpy()
-        return numbers / _PER_SECOND[kind.unit] if counts else np.array(numbers)  # pyarrow's own is read-only
+            floats = values if kind == float64() else values.cast(float64(), safe=False)
+            numbers = np.concatenate([_floats(chunk) for chunk in floats.chunks if len(chunk)])
+        return numbers / _PER_SECOND[kind.unit] if counts else numbers
 
     def texts(self, index: int) -> list[str]:
         """A column as texts, empty for nulls. Raises InputError for damage."""
@@ -112,6 +113,17 @@ class _Columns:
                 check_size(size, self._limit, self._path)
             table = pyarrow.Table.from_batches(batches, batches[0].schema)
         return table.column(table.schema.get_all_field_indices(names[index])[names[:index].count(names[index])])
+
+
+def _floats(chunk: Any) -> np.ndarray:
+    """The values (n,) of an array of float64, NaN for nulls; ``to_numpy`` would import pandas, which takes longer than
+    reading a recording."""
+    valid, data = chunk.buffers()
+    values = np.frombuffer(data, float, len(chunk), 8 * chunk.offset)
+    if valid is None:
+        return values
+    bits = np.unpackbits(np.frombuffer(valid, np.uint8), bitorder="little")
+    return np.where(bits[chunk.offset : chunk.offset + len(chunk)], values, np.nan)
 
 
 FORMATS = (

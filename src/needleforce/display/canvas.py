@@ -1,24 +1,27 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings as inline SVG: one for a wide page and for print, one for a narrow screen, both with readable text."""
+"""Drawings as inline SVG: one for a wide page and for print, one for a narrow screen, both with readable text.
+
+matplotlib is loaded when something is drawn.
+"""
 
 import io
 import re
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
-import matplotlib
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.backends.backend_svg import FigureCanvasSVG
-from matplotlib.figure import Figure
 
-from ..display.markup import Markup, element, escape, join
 from ..errors import InputError
 from ..files import atomic_write
+from .markup import Markup, element, join
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 # measured light (its labels darker, in slate), model dark and thicker: they differ in a greyscale print, too
 INK, QUIET, MEASURED, SLATE = "#222222", "#6d7278", "#88929b", "#566069"
@@ -65,11 +68,11 @@ FULL, WITH_SIDE_CAPTION, NARROW = Sheet(640.0), Sheet(390.0), Sheet(262.0, narro
 def drawing(name: str, draw: Callable, heights: tuple[float, float], alt: str, wide: Sheet = FULL) -> Markup:
     """``draw(figure, sheet)`` on a wide and a narrow sheet of ``heights`` [points]; the page shows one of the two."""
     sheets = zip(("wide", "narrow"), (wide, NARROW), heights)
-    return join(element("div", _svg(name, draw, sheet, height, alt), class_=kind) for kind, sheet, height in sheets)
+    return join(element("div", svg(name, draw, sheet, height, alt), class_=kind) for kind, sheet, height in sheets)
 
 
 def panels(
-    figure: Figure, sheet: Sheet, rows: int = 1, columns: int = 1, margins: dict | None = None, **options: Any
+    figure: "Figure", sheet: Sheet, rows: int = 1, columns: int = 1, margins: dict | None = None, **options: Any
 ) -> np.ndarray:
     """Axes (rows, columns) with margins in points, independent of fonts and of the digits of tick labels."""
     height = 72.0 * figure.get_figheight()
@@ -84,7 +87,7 @@ def panels(
     return figure.subplots(rows, columns, gridspec_kw=grid, squeeze=False, **options)
 
 
-def axis_names(axes: Axes, x: str, y: str) -> None:
+def axis_names(axes: "Axes", x: str, y: str) -> None:
     """Quantity and unit of both axes; that of the vertical axis is horizontal text above it."""
     axes.set_xlabel(x, loc="right")
     axes.annotate(y, (0.0, 1.0), (-32.0, 8.0), xycoords="axes fraction", textcoords="offset points", va="bottom")
@@ -98,26 +101,31 @@ def save_drawing(path: Path, draw: Callable, height: float, sheet: Sheet = FULL)
     kind = path.suffix.removeprefix(".").lower()
     if kind not in FORMATS:
         raise InputError("figure", path.name, f"known endings are {', '.join(FORMATS)}", next_step="Give one of them.")
-    style = _STYLE | {"svg.hashsalt": path.stem, "svg.fonttype": "path", "figure.facecolor": "white"}
-    with matplotlib.rc_context(style), atomic_write(path) as file:
-        figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
-        FigureCanvasAgg(figure)
-        draw(figure, sheet)
-        figure.savefig(file.buffer, format=kind, dpi=216, metadata={"Date": None} if kind == "svg" else None)
+    style = {"svg.hashsalt": path.stem, "svg.fonttype": "path", "figure.facecolor": "white"}
+    metadata = {"Date": None} if kind == "svg" else None
+    with atomic_write(path) as file:
+        _save(draw, sheet, height, style, file.buffer, format=kind, dpi=216, metadata=metadata)
 
 
-def _svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
+def svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
     """One drawing as an ``svg`` element, the same for the same input."""
     # the salt makes the names of clip paths unique: two drawings of one page must not share them
-    style = _STYLE | {"svg.hashsalt": f"{name}-{sheet.width:g}"}
-    with matplotlib.rc_context(style), warnings.catch_warnings():
+    style, text = {"svg.hashsalt": f"{name}-{sheet.width:g}"}, io.BytesIO()
+    with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph")  # the browser's fonts draw the text, not matplotlib's
+        _save(draw, sheet, height, style, text, format="svg", metadata=_NO_METADATA)
+    return _inline(text.getvalue().decode(), sheet, height, alt)
+
+
+def _save(draw: Callable, sheet: Sheet, height: float, style: dict, file: BinaryIO, **options: Any) -> None:
+    """Draw a figure of the sheet's width and ``height`` [points] in our style, and save it."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(_STYLE | style):
         figure = Figure(figsize=(sheet.width / 72.0, height / 72.0), dpi=72)
-        FigureCanvasSVG(figure)
         draw(figure, sheet)
-        text = io.StringIO()
-        figure.savefig(text, format="svg", metadata=_NO_METADATA)
-    return _inline(text.getvalue(), sheet, height, alt)
+        figure.savefig(file, **options)
 
 
 def _inline(text: str, sheet: Sheet, height: float, alt: str) -> Markup:
@@ -129,7 +137,8 @@ def _inline(text: str, sheet: Sheet, height: float, alt: str) -> Markup:
     content = re.sub(r' transform="rotate\(-?0 [^"]*"', "", content)
     content = re.sub(r' d="([^"]*)"', lambda path: f' d="{_short(path[1])}"', content)
     view = f"0 0 {sheet.width:g} {height:g}"
-    return Markup(f'<svg viewBox="{view}" role="img" aria-label="{escape(alt)}">{content.strip()}')
+    opening = Markup('<svg viewBox="{}" role="img" aria-label="{}">').format(view, alt)
+    return opening + Markup(content.strip())
 
 
 def _short(path: str) -> str:
@@ -141,7 +150,7 @@ def _short(path: str) -> str:
 class Labels:
     """Labels in ``axes`` that avoid each other and the ``curves`` (x, y), in data units; the limits become final."""
 
-    def __init__(self, axes: Axes, curves: Iterable[tuple[np.ndarray, np.ndarray]]):
+    def __init__(self, axes: "Axes", curves: Iterable[tuple[np.ndarray, np.ndarray]]):
         self.axes = axes
         axes.autoscale_view()  # places are computed from the final limits
         self.taken = np.zeros(np.ceil(np.array(axes.figure.bbox.size) / _CELL).astype(int) + 1, bool)
@@ -204,3 +213,38 @@ def _boxes(points: np.ndarray, width: float, height: float) -> np.ndarray:
     sides = np.array(_SIDES)
     corners = np.concatenate([points + reach * side - size * (1 - side) / 2 for reach in _REACHES for side in sides])
     return np.hstack([corners, corners + size])
+
+
+def line(
+    axes: "Axes", x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0, **style: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw (x, y) reduced to about 4 points per column; returns the points drawn."""
+    x, y = envelope(np.asarray(x), np.asarray(y), columns, shift)
+    axes.plot(x, y, **style)
+    return x, y
+
+
+def envelope(x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """``x``, ``y`` (n,) reduced to 4 points per column: the first, lowest, highest and last ``y``, in their order.
+
+    Columns have equal travel of x, forward and backward, so a peak or a drop of a single sample is always kept.
+    ``shift`` (share of a column) offsets the columns, so that overlaid curves do not have the same ones.
+    """
+    if len(x) <= 4 * columns:
+        return x, y
+    travel = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(x)))))
+    edges = np.searchsorted(travel, (np.arange(columns) + 1.0 - shift % 1.0) * travel[-1] / columns)
+    edges = np.unique(np.concatenate(([0], np.minimum(edges, len(x) - 1), [len(x)])))
+    keep = np.unique([k for first, last in pairwise(edges) for k in _extremes(y, first, last)])
+    return x[keep], y[keep]
+
+
+def _extremes(y: np.ndarray, first: int, last: int) -> tuple[int, int, int, int]:
+    """Indices of the first, lowest, highest and last value of ``y[first:last]``."""
+    part = y[first:last]
+    return first, first + int(np.argmin(part)), first + int(np.argmax(part)), last - 1
+
+
+def columns_for(lines: int, width: float) -> int:
+    """Columns of each of ``lines`` curves in a drawing ``width`` points wide, so that the file stays small."""
+    return int(np.clip(1600 // max(lines, 1), 60, width))

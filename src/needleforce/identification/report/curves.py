@@ -1,15 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The curves drawn of a fit: recordings, their samples, and a reduction of samples that keeps every peak."""
+"""The curves drawn of a fit: recordings with their samples, and means of samples by depth."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
-from ..identification.recording_fit import RecordingFit
-from ..identification.result import Fit
-from ..recording.recording import Recording
-from ..segmentation.events import Events
+from ...recording.recording import Recording
+from ...segmentation.events import Events
+from ..recording_fit import RecordingFit
 
 DEFAULT_SPEED = 3e-3  # [m/s], the paper's, for a recording without motion before the puncture
 # a recording is anomalous if its residual is above this many times the median of all …
@@ -67,17 +66,18 @@ class DrawnRepeat:
         return bool(np.isfinite(self.model).any())
 
 
-def repeats(fit: Fit) -> tuple[DrawnRepeat, ...]:
-    """Every recording that can be drawn, in the order of the files."""
-    anomalous = anomalous_recordings(fit)
-    numbered = ((k, one) for k, one in enumerate(fit.recordings, 1) if one.recording is not None)
-    return tuple(_repeat(k, one, k in anomalous, fit.shared_contact) for k, one in numbered if len(one.recording) > 1)
+def repeats(recordings: Sequence[RecordingFit], shared_contact: float | None) -> tuple[DrawnRepeat, ...]:
+    """Every recording that can be drawn, in the order of the files; ``shared_contact`` [m] is None where each has its
+    own contact depth."""
+    anomalous = anomalous_recordings(recordings)
+    numbered = ((k, one) for k, one in enumerate(recordings, 1) if one.recording is not None)
+    return tuple(_repeat(k, one, k in anomalous, shared_contact) for k, one in numbered if len(one.recording) > 1)
 
 
 def _repeat(number: int, one: RecordingFit, anomalous: bool, shared: float | None) -> DrawnRepeat:
     """One recording in the units of the figures; ``shared`` is the contact depth [m] common to all, or None."""
     recording, events = one.recording, one.events
-    surface = _surface(one) if shared is None else shared
+    surface = one.surface if shared is None else shared
     model = one.predicted if len(one.predicted) == len(recording) else np.full(len(recording), np.nan)
     return DrawnRepeat(
         number=number,
@@ -90,13 +90,6 @@ def _repeat(number: int, one: RecordingFit, anomalous: bool, shared: float | Non
         outward=_within(recording, events, ("extraction",)),
         anomalous=anomalous,
     )
-
-
-def _surface(one: RecordingFit) -> float:
-    """Depth [m] of zero indentation: the identified contact, at which the model starts, or the detected one."""
-    if "contact_depth" in one.parameters:
-        return one.parameters["contact_depth"].value
-    return one.events.contact.depth if one.events.contact is not None else 0.0
 
 
 def _within(recording: Recording, events: Events, phases: tuple[str, ...]) -> np.ndarray:
@@ -117,10 +110,10 @@ def representative(drawn: tuple[DrawnRepeat, ...]) -> DrawnRepeat | None:
     return next((r for r in drawn if r.fit.events.contact is not None), drawn[0] if drawn else None)
 
 
-def anomalous_recordings(fit: Fit) -> set[int]:
+def anomalous_recordings(recordings: Sequence[RecordingFit]) -> set[int]:
     """Numbers of the recordings whose residual or puncture force differs from the others, among three or more."""
-    residual = {k: one.quality.rmse_N for k, one in enumerate(fit.recordings, 1) if one.quality}
-    force = {k: one.events.punctures[0].force for k, one in enumerate(fit.recordings, 1) if one.events.punctures}
+    residual = {k: one.quality.rmse_N for k, one in enumerate(recordings, 1) if one.quality}
+    force = {k: one.events.punctures[0].force for k, one in enumerate(recordings, 1) if one.events.punctures}
     far = {k for k in residual if residual[k] > RESIDUAL_FACTOR * np.median(list(residual.values()))}
     middle = np.median(list(force.values())) if force else 0.0
     off = {k for k in force if abs(force[k] - middle) > FORCE_SHARE * abs(middle)}
@@ -143,27 +136,6 @@ def loading_speed(one: DrawnRepeat) -> float:
     return 1e-3 * float(travel / time) if travel > 0.0 and time > 0.0 else DEFAULT_SPEED
 
 
-def envelope(x: np.ndarray, y: np.ndarray, columns: int, shift: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """``x``, ``y`` (n,) reduced to 4 points per column: the first, lowest, highest and last ``y``, in their order.
-
-    Columns have equal travel of x, forward and backward, so a peak or a drop of a single sample is always kept.
-    ``shift`` (share of a column) offsets the columns, so that overlaid curves do not have the same ones.
-    """
-    if len(x) <= 4 * columns:
-        return x, y
-    travel = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(x)))))
-    edges = np.searchsorted(travel, (np.arange(columns) + 1.0 - shift % 1.0) * travel[-1] / columns)
-    edges = np.unique(np.concatenate(([0], np.minimum(edges, len(x) - 1), [len(x)])))
-    keep = np.unique([k for first, last in pairwise(edges) for k in _extremes(y, first, last)])
-    return x[keep], y[keep]
-
-
-def _extremes(y: np.ndarray, first: int, last: int) -> tuple[int, int, int, int]:
-    """Indices of the first, lowest, highest and last value of ``y[first:last]``."""
-    part = y[first:last]
-    return first, first + int(np.argmin(part)), first + int(np.argmax(part)), last - 1
-
-
 def binned(x: np.ndarray, y: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Mean, lowest and highest y of each bin of x, (m,) each for ``edges`` (m + 1,); NaN in empty bins."""
     keep = np.isfinite(y) & (x >= edges[0]) & (x <= edges[-1])
@@ -174,8 +146,3 @@ def binned(x: np.ndarray, y: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray,
     np.maximum.at(high, k, y)
     empty = np.where(count > 0, 0.0, np.nan)
     return np.bincount(k, y, bins) / np.maximum(count, 1) + empty, low + empty, high + empty
-
-
-def columns_for(lines: int, width: float) -> int:
-    """Columns of each of ``lines`` curves in a drawing ``width`` points wide, so that the file stays small."""
-    return int(np.clip(1600 // max(lines, 1), 60, width))

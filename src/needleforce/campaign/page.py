@@ -1,45 +1,54 @@
 # SPDX-License-Identifier: Apache-2.0
 """The report of a campaign: its conditions in a table and as small multiples, and a table of every recording."""
 
-import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..campaign.recording_result import RecordingResult
-from ..campaign.result import Campaign, Condition, quality_cells
-from ..campaign.summary import Trace
-from ..display.markup import Markup, Section, element, escape, join, listing, section, table
+from ..display.axes import FORCE, INDENTATION
+from ..display.canvas import MEASURED, MEDIUM, MODEL, QUIET, THICK, THIN, Sheet, axis_names, panels, svg
+from ..display.markup import Markup, element, join, listing, table
+from ..display.page import Page, Section, note, section
 from ..display.quantities import counted, quantity
 from ..identification.estimates import Estimate
+from ..identification.report.tables import MAIN_PARAMETERS
+from ..identification.report.words import quantity_name, status_name
 from ..identification.statistics.noise import INTERVAL
-from ..vocabulary import __version__
-from .frame import framed
-from .tables import MAIN_PARAMETERS
-from .words import quantity_name, status_name
+from .recording_result import RecordingResult
+from .result import Campaign, Condition, quality_cells
+from .summary import Trace
 
-N_COLOURS = 4  # of anomalies, as in campaign.css
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+COLOURS = ("#0072b2", "#a3428a", "#00735c", "#6a4fb3")  # of anomalies, as in campaign.css
 MAX_LINKS = 6  # to recordings, for one reason in a caption
 SECTIONS = {"conditions": "Conditions", "figures": "Repeats and models", "recordings": "Recordings", "notes": "Notes"}
 USED = "repeats used"
 UNITS = {"mm_s": "mm/s", "m_s": "m/s", "mm": "mm", "deg": "°", "N": "N", "Hz": "Hz", "s": "s"}  # ends of field names
 _CLASS = "cards dense wrap"
-WIDTH, HEIGHT = 300.0, 190.0
-LEFT, RIGHT, TOP, BOTTOM = 30.0, 4.0, 16.0, 28.0
+PANEL, HEIGHT = Sheet(260.0), 170.0  # of a condition [points]
 OFF_AXES_FACTOR = 5.0  # a curve that exceeds the axis by this factor, as in another unit, is not drawn
 OWN_SCALE_FACTOR = 8.0  # a panel whose forces are smaller than the others' by this factor has its own scale
 MAX_FREE_TRAVEL = 3.0  # [mm] shown before contact
 AXIS_MARGIN = 0.04  # of the range, above and below the curves
 
 
-def campaign_page(campaign: Campaign, title: str | None = None) -> str:
-    """The report as HTML text."""
+def campaign_page(campaign: Campaign) -> Page:
+    """The report."""
     numbers = {one.file: k for k, one in enumerate(campaign.recordings, 1)}
-    kicker = f"needleforce {__version__} · campaign"
-    sections = _sections(campaign, numbers)
-    summary, note = _outcome(campaign), _counts_note(campaign)
-    return framed(title or _title(campaign), kicker, summary, sections, note=note, styles=("campaign.css",))
+    return Page(
+        title=_title(campaign),
+        kind="campaign",
+        outcome=_outcome(campaign),
+        sections=_sections(campaign, numbers),
+        note=_counts_note(campaign),
+        style="campaign.css",
+    )
 
 
 def _sections(campaign: Campaign, numbers: dict[str, int]) -> list[Section | None]:
@@ -50,7 +59,7 @@ def _sections(campaign: Campaign, numbers: dict[str, int]) -> list[Section | Non
         section(SECTIONS["conditions"], *table, name="conditions"),
         section(SECTIONS["figures"], *_figures(conditions, numbers), name="figures"),
         section(SECTIONS["recordings"], recording_table(campaign, numbers), name="recordings"),
-        section(SECTIONS["notes"], listing(campaign.all_notes) if campaign.all_notes else "", name="notes"),
+        section(SECTIONS["notes"], listing(campaign.all_notes), name="notes"),
     ]
 
 
@@ -60,7 +69,7 @@ def _title(campaign: Campaign) -> str:
     return f"Needle force: {counted(len(campaign.recordings), 'recording')} under {conditions}"
 
 
-def _outcome(campaign: Campaign) -> Markup:
+def _outcome(campaign: Campaign) -> str:
     """The numbers of conditions and recordings by result."""
     every, conditions = campaign.recordings, campaign.conditions
     identified = sum(each.model is not None for each in conditions)
@@ -72,7 +81,7 @@ def _outcome(campaign: Campaign) -> Markup:
     text += [f"{counted(kept, 'anomalous recording')} not left out."] * (kept > 0)
     text += [f"{counted(unidentified, 'recording')} without parameters."] * (unidentified > 0)
     text += [f"{counted(len(campaign.others), 'recording')} without a condition."] * bool(campaign.others)
-    return join(text, " ")
+    return " ".join(text)
 
 
 def _counts_note(campaign: Campaign) -> str:
@@ -88,7 +97,7 @@ def _counts_note(campaign: Campaign) -> str:
 def _shared(conditions: Sequence[Condition]) -> Markup:
     """The fields that have the same value in all conditions."""
     same = ", ".join(f"{field_name(name)} {value}" for name, value in shared(conditions).items())
-    return element("p", f"The same in all conditions: {same}.", class_="note") if same else Markup("")
+    return note(f"The same in all conditions: {same}." if same else "")
 
 
 def field_name(name: str) -> str:
@@ -108,7 +117,7 @@ def _figures(conditions: Sequence[Condition], numbers: dict[str, int]) -> tuple:
            " thick and orange. Anomalous repeats have other colours and are dashed if left out of the pooled fit. "
            "All panels have the same axes unless stated otherwise. Titles are the fields of the table."]  # fmt: skip
     every = (_figure(k, each, fields, scale, numbers) for k, each in enumerate(conditions, 1))
-    return element("p", *key, class_="note before"), element("div", *every, class_="multiples")
+    return note(join(key), "note before"), element("div", *every, class_="multiples")
 
 
 def _figure(
@@ -116,7 +125,7 @@ def _figure(
 ) -> Markup:
     """The panel of one condition, with its caption."""
     reasons = _reasons(condition)
-    colours = {file: k % N_COLOURS for k, files in enumerate(reasons.values()) for file in files}
+    colours = {file: k % len(COLOURS) for k, files in enumerate(reasons.values()) for file in files}
     own = scale_of(condition, shared_axes)
     name = (
         "\N{NO-BREAK SPACE}· ".join(condition.fields[each] for each in fields if each in condition.fields)
@@ -127,9 +136,12 @@ def _figure(
     used += f". {condition.why}" if condition.why else ""
     off = [numbers[one.file] for one in condition.recordings if one.shown is not None and not own.holds(one.shown)]
     used += f". Outside the axes: no. {', '.join(map(str, off))}" if off else ""
-    listed = (_reason(k % N_COLOURS, why, files, numbers) for k, (why, files) in enumerate(reasons.items()))
-    caption = element("figcaption", element("p", used), listing(listed, class_="reasons") if reasons else "")
-    image = panel(condition, own, colours, f"Force over indentation: {name}. The values are in the tables.")
+    listed = (_reason(k % len(COLOURS), why, files, numbers) for k, (why, files) in enumerate(reasons.items()))
+    caption = element("figcaption", element("p", used), listing(listed, class_="reasons"))
+    draw = partial(draw_panel, condition=condition, scale=own, colours=colours)
+    image = svg(
+        f"condition-{number}", draw, PANEL, HEIGHT, f"Force over indentation: {name}. The values are in the tables."
+    )
     return element("figure", element("h3", f"{number}  {name}"), image, caption, id=f"condition-{number}")
 
 
@@ -214,12 +226,6 @@ class Scale:
     low: float
     high: float
 
-    def points(self, trace: Trace) -> str:
-        """A curve as the points of a polyline, rounded to a tenth."""
-        x = (1e3 * trace.indentation - self.left) / (self.right - self.left) * (WIDTH - LEFT - RIGHT)
-        y = (self.high - trace.force) / (self.high - self.low) * (HEIGHT - TOP - BOTTOM)
-        return " ".join(f"{a:g},{b:g}" for a, b in np.round(np.column_stack((x, y)), 1).tolist())
-
     def holds(self, trace: Trace) -> bool:
         """Whether a curve can be drawn on these axes."""
         depth, size = 1e3 * np.abs(trace.indentation).max(), np.abs(trace.force).max()
@@ -253,56 +259,29 @@ def reference_traces(condition: Condition) -> Iterator[Trace]:
     yield from () if condition.shown is None else (condition.shown,)
 
 
-def panel(condition: Condition, scale: Scale, colours: dict[str, int], alt: str) -> Markup:
+def draw_panel(figure: "Figure", sheet: Sheet, condition: Condition, scale: Scale, colours: dict[str, int]) -> None:
     """Every repeat as a thin line, the model as a thick one; ``colours`` of anomalous repeats are by file."""
+    axes = panels(figure, sheet, margins={"left": 34.0})[0, 0]
+    axes.set(xlim=(scale.left, scale.right), ylim=(scale.low, scale.high))
+    axes.axhline(0.0, color=QUIET, lw=0.6)
     drawn = [one for one in condition.recordings if one.shown is not None and scale.holds(one.shown)]
-    normal = [one for one in drawn if one.file not in colours]
-    anomalous = [one for one in drawn if one.file in colours]
-    lines = [_line(one.shown, scale, "one") for one in normal]
-    lines += [
-        _line(one.shown, scale, f"anomalous c{colours[one.file]}" + " excluded" * one.left_out) for one in anomalous
-    ]
-    lines += [] if condition.shown is None else [_line(condition.shown, scale, "fit")]
-    inner = Markup(
-        f'<svg x="{LEFT:g}" y="{TOP:g}" width="{WIDTH - LEFT - RIGHT:g}" height="{HEIGHT - TOP - BOTTOM:g}">'
-        f"{join(lines)}</svg>"
-    )
-    view = f'viewBox="0 0 {WIDTH:g} {HEIGHT:g}" role="img" aria-label="{escape(alt)}"'
-    return Markup(f'<svg class="panel" {view}>{join(_axes(scale))}{inner}</svg>')
+    for one in sorted(drawn, key=lambda one: one.file in colours):
+        _draw_trace(axes, one.shown, **_line_of(one, colours))
+    if condition.shown is not None:
+        _draw_trace(axes, condition.shown, color=MODEL, lw=THICK, alpha=0.9)
+    axes.locator_params(nbins=6)
+    axis_names(axes, INDENTATION, FORCE)
 
 
-def _line(trace: Trace, scale: Scale, kind: str) -> Markup:
-    """A curve of the class ``kind``."""
-    return element("polyline", class_=kind, points=scale.points(trace))
+def _line_of(one: RecordingResult, colours: dict[str, int]) -> dict[str, Any]:
+    """The line of a repeat: grey, or in the colour of its anomaly and dashed if it is left out."""
+    if one.file not in colours:
+        return {"color": MEASURED, "lw": THIN, "alpha": 0.8}
+    return {"color": COLOURS[colours[one.file]], "lw": MEDIUM, "ls": (0, (4, 3)) if one.left_out else "-"}
 
 
-def _axes(scale: Scale) -> Iterator[Markup]:
-    """Ticks, light grid lines, a darker line at zero force, and the names of the axes."""
-    right, floor = WIDTH - RIGHT, HEIGHT - BOTTOM
-    for force in ticks(scale.low, scale.high, 6):
-        y = TOP + (scale.high - force) / (scale.high - scale.low) * (floor - TOP)
-        yield element("path", class_="zero" if force == 0.0 else "grid", d=f"M{LEFT:g} {y:.1f}H{right:g}")
-        yield _text(LEFT - 4, y + 3.5, f"{force:g}".replace("-", "−"), "end")
-    for depth in ticks(scale.left, scale.right, 5):
-        x = LEFT + (depth - scale.left) / (scale.right - scale.left) * (right - LEFT)
-        yield element("path", class_="tick", d=f"M{x:.1f} {floor:g}v3")
-        yield _text(x, floor + 13, f"{depth:g}".replace("-", "−"), "middle")
-    yield _text(0.0, 9.0, "force [N]", "start")
-    yield _text(right, HEIGHT - 3, "indentation [mm]", "end")
-
-
-def _text(x: float, y: float, text: str, anchor: str) -> Markup:
-    """Text at (x, y)."""
-    return element("text", text, x=f"{x:.1f}", y=f"{y:.1f}", text_anchor=anchor)
-
-
-def ticks(low: float, high: float, about: int) -> list[float]:
-    """Round numbers within the range, at steps of 1, 2 or 5 times a power of ten; ``about`` is their number."""
-    rough = (high - low) / about
-    power = 10.0 ** math.floor(math.log10(rough))
-    step = next(each * power for each in (1.0, 2.0, 5.0, 10.0) if each * power >= 0.999 * rough)
-    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
-    return [round(k * step, 12) + 0.0 for k in range(first, last + 1)]
+def _draw_trace(axes: "Axes", trace: Trace, **style: Any) -> None:
+    axes.plot(1e3 * trace.indentation, trace.force, **style)
 
 
 def _scale(traces: Iterable[Trace]) -> Scale:

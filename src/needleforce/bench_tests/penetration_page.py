@@ -5,31 +5,38 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
 
-from ..bench_tests.penetration import FIGURES, PenetrationTest
-from ..bench_tests.penetration_statistics import (
-    ALL,
-    SUMMARY_FIGURES,
-    FigureStatistics,
-    PenetrationTests,
-    statistics_cells,
+from ..display.axes import FORCE, TRAVEL
+from ..display.canvas import (
+    INK,
+    MEASURED,
+    MODEL,
+    QUIET,
+    SECOND,
+    TEXT,
+    THICK,
+    THIN,
+    Labels,
+    Sheet,
+    axis_names,
+    drawing,
+    envelope,
+    panels,
 )
-from ..display.axes import FORCE, axes_for, finish
-from ..display.markup import Markup, element, join, listing, section, table
+from ..display.markup import Markup, element, listing, table
+from ..display.page import Figure, Page, figure_html, section
 from ..display.quantities import counted, quantity, scale
 from ..identification.statistics.noise import INTERVAL
-from ..vocabulary import __version__
-from .canvas import INK, MEASURED, MODEL, QUIET, SECOND, TEXT, THICK, THIN, Labels, Sheet, axis_names, drawing, panels
-from .curves import envelope
-from .frame import framed
+from .penetration import FIGURES, PenetrationTest
+from .penetration_statistics import ALL, SUMMARY_FIGURES, FigureStatistics, PenetrationTests, statistics_cells
 
-TRAVEL = "travel [mm]"
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
 GROUP_COLOURS = (MODEL, SECOND, "#00806a", "#8a4f9e", "#8c6d00", INK)
 PLATEAU_COLOUR = "#00806a"
 MAX_BANDS = 2  # groups whose bands are drawn; more would cover each other
@@ -53,13 +60,11 @@ DEFINITIONS = (
 )
 
 
-def draw_curves(tests: PenetrationTests, axes: Any = None) -> Any:
-    """All curves over travel with the mean of each group, in matplotlib axes."""
-    axes = axes_for(axes)
+def draw_curves(axes: "Axes", tests: PenetrationTests) -> None:
+    """All curves over travel with the mean of each group, and a legend's labels."""
     _draw_all(axes, tests, THIN)
-    for (group, _), colour in zip(_drawn_groups(tests).items(), GROUP_COLOURS):
+    for group, colour in zip(_drawn_groups(tests), GROUP_COLOURS):
         _draw_mean(axes, tests, group, colour, label=f"mean of {group or ALL}")
-    return finish(axes, TRAVEL, FORCE, "Penetration tests")
 
 
 def _drawn_groups(tests: PenetrationTests) -> dict[str, Sequence[PenetrationTest]]:
@@ -68,7 +73,9 @@ def _drawn_groups(tests: PenetrationTests) -> dict[str, Sequence[PenetrationTest
     return groups if len(groups) <= len(GROUP_COLOURS) else {"": tests.tests}
 
 
-def _draw_all(axes: Axes, tests: PenetrationTests, width: float) -> None:
+def _draw_all(axes: "Axes", tests: PenetrationTests, width: float) -> None:
+    from matplotlib.collections import LineCollection
+
     lines = [np.column_stack(envelope(1e3 * test.travel, test.force, 300)) for test in tests.tests if len(test.travel)]
     alpha = min(1.0, max(0.12, 12.0 / max(len(lines), 1)))
     axes.add_collection(LineCollection(lines, colors=MEASURED, linewidths=width, alpha=alpha))
@@ -76,7 +83,7 @@ def _draw_all(axes: Axes, tests: PenetrationTests, width: float) -> None:
 
 
 def _draw_mean(
-    axes: Axes, tests: PenetrationTests, group: str, colour: str, label: str | None = None
+    axes: "Axes", tests: PenetrationTests, group: str, colour: str, label: str | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """The mean of a group with its band of a standard deviation; returns the drawn line."""
     travel, mean, sd = tests.mean_curve(group or None)
@@ -86,7 +93,7 @@ def _draw_mean(
     return 1e3 * travel, mean
 
 
-def curves_figure(figure: Figure, sheet: Sheet, tests: PenetrationTests) -> None:
+def curves_figure(figure: "Drawing", sheet: Sheet, tests: PenetrationTests) -> None:
     """All curves, the mean of each group, and the band of a standard deviation."""
     axes = panels(figure, sheet)[0, 0]
     _draw_all(axes, tests, 0.7)
@@ -100,7 +107,7 @@ def curves_figure(figure: Figure, sheet: Sheet, tests: PenetrationTests) -> None
         labels.on(f"mean of {group}" if group else "mean of all", *line, colour)
 
 
-def dots_figure(figure: Figure, sheet: Sheet, tests: PenetrationTests, names: Sequence[str]) -> None:
+def dots_figure(figure: "Drawing", sheet: Sheet, tests: PenetrationTests, names: Sequence[str]) -> None:
     """Each figure by group: a dot a needle, the mean and its interval."""
     columns = 1 if sheet.narrow else min(len(names), 3)
     groups = list(tests.groups)
@@ -114,7 +121,7 @@ def dots_figure(figure: Figure, sheet: Sheet, tests: PenetrationTests, names: Se
         _dots(axes, tests, names[k], labelled=k % columns == 0)
 
 
-def _dots(axes: Axes, tests: PenetrationTests, name: str, labelled: bool) -> None:
+def _dots(axes: "Axes", tests: PenetrationTests, name: str, labelled: bool) -> None:
     """The panel of one figure."""
     unit = FIGURES[name][0]
     found = [[test[name].value for test in each if test[name].value is not None] for each in tests.groups.values()]
@@ -142,7 +149,7 @@ def _short(group: str) -> str:
     return group if len(group) <= 16 else group[:15] + "…"
 
 
-def needles_figure(figure: Figure, sheet: Sheet, shown: Sequence[PenetrationTest]) -> None:
+def needles_figure(figure: "Drawing", sheet: Sheet, shown: Sequence[PenetrationTest]) -> None:
     """The curve of each needle with its marked peaks and plateau, each on its own scales."""
     columns = _cell_columns(sheet)
     height, wide, high = 72.0 * figure.get_figheight(), sheet.width / columns, CELL[1]
@@ -154,7 +161,7 @@ def needles_figure(figure: Figure, sheet: Sheet, shown: Sequence[PenetrationTest
         _cell(axes, test, (left, top - high + 34.0, wide - 42.0, high - 40.0))
 
 
-def _cell(axes: Axes, test: PenetrationTest, box: tuple[float, float, float, float]) -> None:
+def _cell(axes: "Axes", test: PenetrationTest, box: tuple[float, float, float, float]) -> None:
     """One curve within a ``box`` of left, bottom, width and height [points]."""
     left, bottom, width, height = box
     first, last = float(test.travel[0]), float(test.travel[-1])
@@ -184,23 +191,25 @@ def _cell_columns(sheet: Sheet) -> int:
     return max(int(sheet.width // (CELL[0] if not sheet.narrow else 0.8 * CELL[0])), 1)
 
 
-def penetration_page(tests: PenetrationTests, title: str | None = None) -> str:
-    """The report as HTML text."""
-    kicker = f"needleforce {__version__} · penetration tests"
-    title = title or f"Penetration tests: {counted(len(tests), 'needle')} in {counted(len(tests.groups), 'group')}"
+def penetration_page(tests: PenetrationTests) -> Page:
+    """The report."""
     further = [name for name in FIGURES if name not in SUMMARY_FIGURES]
-    sections = [
-        section("Force over travel", _curves(tests), name="curves"),
-        section("Figures by group", _dots_drawing(tests), *_statistics_tables(tests, SUMMARY_FIGURES), name="groups"),
-        section("Each needle", *_needles(tests), _needle_table(tests), name="needles"),
-        section("Further figures by group", *_statistics_tables(tests, further), name="further"),
-        section("What is not given", _missing(tests), name="missing"),
-        section("Definitions and notes", listing([*DEFINITIONS, *_notes(tests)]), name="notes"),
-    ]
-    return framed(title, kicker, _outcome(tests), sections)
+    return Page(
+        title=f"Penetration tests: {counted(len(tests), 'needle')} in {counted(len(tests.groups), 'group')}",
+        kind="penetration tests",
+        outcome=_outcome(tests),
+        sections=[
+            section("Force over travel", *_curves(tests), name="curves"),
+            section("Figures by group", *_dots_figure(tests), *_tables(tests, SUMMARY_FIGURES), name="groups"),
+            section("Each needle", _needles(tests), _needle_table(tests), name="needles"),
+            section("Further figures by group", *_tables(tests, further), name="further"),
+            section("What is not given", _missing(tests), name="missing"),
+            section("Definitions and notes", listing([*DEFINITIONS, *_notes(tests)]), name="notes"),
+        ],
+    )
 
 
-def _outcome(tests: PenetrationTests) -> Markup:
+def _outcome(tests: PenetrationTests) -> str:
     """The main figures over all needles, in a sentence."""
     name = ALL if len(tests.groups) > 1 else next(iter(tests.groups))
     found = [each for each in tests.statistics(*SUMMARY_FIGURES) if each.group == name and each.n]
@@ -208,43 +217,41 @@ def _outcome(tests: PenetrationTests) -> Markup:
     empty = sum(test.empty for test in tests.tests)
     more = f" {counted(empty, 'needle')} without figures." * (empty > 0)
     text = "; ".join(texts) if texts else "No needle shows a figure"
-    return join([text[0].upper() + text[1:] + ".", more])
+    return f"{text[0].upper()}{text[1:]}.{more}"
 
 
 def _mean(each: FigureStatistics) -> str:
     return str(quantity(each.mean, each.low, each.high, each.unit))
 
 
-def _figure(name: str, draw: Any, heights: tuple[float, float], alt: str, caption: str) -> Markup:
-    image = drawing(name, draw, heights, f"{alt} The values are in the tables of this page.")
-    return element("figure", element("div", image, class_="drawing"), element("figcaption", caption))
+def _figure(name: str, draw: Any, heights: tuple[float, float], alt: str, caption: str) -> Figure:
+    alt = f"{alt} The values are in the tables of this page."
+    return Figure(name=name, draw=draw, heights=heights, alt=alt, caption=caption)
 
 
-def _curves(tests: PenetrationTests) -> Markup:
+def _curves(tests: PenetrationTests) -> list[Figure]:
     if not any(len(test.travel) for test in tests.tests):
-        return Markup("")
+        return []
     several = len(_drawn_groups(tests)) > 1
     caption = "Grey: every needle. Coloured: the mean" + (" of each group" if several else "")
     bands = len(_drawn_groups(tests)) <= MAX_BANDS
     caption += ", with a band of one standard deviation over the needles." if bands else "."
-    draw = partial(curves_figure, tests=tests)
-    return _figure("curves", draw, (300.0, 240.0), "Force over travel.", caption)
+    return [_figure("curves", partial(curves_figure, tests=tests), (300.0, 240.0), "Force over travel.", caption)]
 
 
-def _dots_drawing(tests: PenetrationTests) -> Markup:
+def _dots_figure(tests: PenetrationTests) -> list[Figure]:
     names = [name for name in SUMMARY_FIGURES if any(test[name].value is not None for test in tests.tests)]
     if not names:
-        return Markup("")
+        return []
     one = 78.0 + ROW * len(tests.groups)
     heights = one * math.ceil(len(names) / 3) + 4.0, one * len(names)
     caption = (
         f"A dot a needle; stroke and line: mean and its {INTERVAL}, by Student's t, as far as it is within the axis."
     )
-    draw = partial(dots_figure, tests=tests, names=names)
-    return _figure("dots", draw, heights, "Each figure by group.", caption)
+    return [_figure("dots", partial(dots_figure, tests=tests, names=names), heights, "Each figure by group.", caption)]
 
 
-def _statistics_tables(tests: PenetrationTests, figures: Iterable[str]) -> list[Markup]:
+def _tables(tests: PenetrationTests, figures: Iterable[str]) -> list[Markup]:
     """A table for each of the figures that any needle has, a row for each group."""
     made = []
     for name in figures:
@@ -258,24 +265,21 @@ def _statistics_tables(tests: PenetrationTests, figures: Iterable[str]) -> list[
     return made
 
 
-def _needles(tests: PenetrationTests) -> list[Markup]:
+def _needles(tests: PenetrationTests) -> Markup:
     """The curves of all needles, in drawings of a number of rows each."""
     curves = [test for test in tests.tests if len(test.travel)]
     if not curves:
-        return []
-    per = ROWS_OF_CELLS * 4
-    made = []
+        return Markup("")
+    alt, per, made = "The curve of each needle with its peaks.", ROWS_OF_CELLS * 4, []
     for k in range(0, len(curves), per):
         part = curves[k : k + per]
         heights = tuple(CELL[1] * math.ceil(len(part) / n) + 4.0 for n in (4, 2))
-        draw = partial(needles_figure, shown=part)
-        made.append(drawing(f"needles-{k}", draw, heights, "The curve of each needle with its peaks."))
+        made.append(drawing(f"needles-{k}", partial(needles_figure, shown=part), heights, alt))
     caption = (
         "Each on its own scales. Filled circle: tip entry. Filled square: heel. Open circles: further peaks and steps. "
         "Green line: plateau drag."
     )
-    drawings = (element("div", each, class_="drawing") for each in made)
-    return [element("figure", *drawings, element("figcaption", caption))]
+    return figure_html("needles", made, caption)
 
 
 def _needle_table(tests: PenetrationTests) -> Markup:
@@ -296,7 +300,7 @@ def _missing(tests: PenetrationTests) -> Markup:
             whole = len(names) == len(FIGURES)
             found.setdefault((reason, "all figures" if whole else ", ".join(names)), []).append(test.name)
     rows = [(_names(names), figures, reason) for (reason, figures), names in found.items()]
-    return table(("needles", "figures", "reason"), rows, class_="cards") if rows else Markup("")
+    return table(("needles", "figures", "reason"), rows, class_="cards")
 
 
 def _names(names: Sequence[str]) -> str:

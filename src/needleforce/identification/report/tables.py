@@ -1,0 +1,264 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The tables of a fit: parameters, laws, choices, recordings, events, and where they are from."""
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+
+from ...display.markup import Markup, element, join, listing, table
+from ...display.page import definitions, note
+from ...display.quantities import DASH, Quantity, percent, plain, quantity, with_unit
+from ...models.model import Model
+from ...vocabulary import __version__
+from ..estimates import Estimate
+from ..recording_fit import RecordingFit
+from ..settings import Choice, Evidence, FitSettings, LayeredSettings
+from ..statistics.noise import INTERVAL
+from .words import by_layer, file_name, quantity_name, status_name
+
+PARAMETERS = (
+    *("quantity", f"value and {INTERVAL}", "sd between repeats", "error within a run (sd)", "identifiable"),
+    "how obtained",
+)
+EVENTS = ("no.", "event", "time", "depth", "indentation", "force", "drop", "between samples")
+OMITTED_LAWS = ("no_relaxation",)
+MAX_NORMAL_SIZE_ROWS = 6  # tables with more recordings have smaller text
+MAIN_PARAMETERS = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
+EVIDENCE = (
+    *("choice", "parameters", "residual / peak", "BIC above the lowest", "error on held-out repeats / peak"),
+    "verdict",
+)
+_FILE_COLUMNS = ("no.", "file")
+_CARD_COLUMNS = (
+    *("sha256", "samples", "rate", "duration", "source", "needle", "tissue", "rig", "filter"),
+    "assumed in reading",
+)
+
+
+def parameter_table(parameters: dict[str, Estimate]) -> Markup:
+    """Every estimate with its interval, its scatter between repeats and its source; a table for each layer."""
+    sources = {estimate.source for estimate in parameters.values()}
+    common = sources.pop() if len(sources) == 1 and len(parameters) > 1 else None
+    how = note(f"How obtained: {common}." if common else "")
+    return join([*(_layer_table(*each, common) for each in by_layer(parameters).items()), how])
+
+
+def _layer_table(layer: str, parameters: dict[str, Estimate], common: str | None) -> Markup:
+    """A table under the name of its layer; a source common to all estimates is not in the rows."""
+    rows = [_parameter(name, estimate, common) for name, estimate in parameters.items()]
+    heading = element("h3", layer.capitalize()) if layer else ""
+    return join([heading, table(PARAMETERS, rows, class_="cards numbers parameters" + " layer" * bool(layer))])
+
+
+def _parameter(own_name: str, estimate: Estimate, common: str | None) -> tuple:
+    """The row of one estimate."""
+    shown = quantity(estimate.value, estimate.low, estimate.high, estimate.unit)
+    value = element("strong", shown.text) if not shown.interval else join(_value_and_interval(shown))
+    name = join([quantity_name(own_name), element("code", estimate.name)])
+    spreads = (
+        _spread(estimate.value, sd, estimate.unit) for sd in (estimate.between_repeats_sd, estimate.within_run_sd)
+    )
+    identifiable = "yes" if estimate.identifiable else element("em", "no")
+    return name, value, *spreads, identifiable, "" if common else estimate.source
+
+
+def _spread(value: float, spread: float | None, unit: str) -> Markup | str:
+    """The scatter, in the unit of its value."""
+    if spread is None:
+        return ""
+    shown = quantity(value, value - spread, value + spread, unit)
+    return element("span", with_unit(shown.half_width, shown.unit) if shown.half_width else DASH, class_="spread")
+
+
+def _value_and_interval(shown: Quantity) -> tuple:
+    """Value in bold and interval; for an infinite value only its interval."""
+    if "∞" in shown.value:
+        return (element("strong", with_unit(shown.low, shown.unit) + f" to {shown.high}"),)
+    if shown.symmetric:
+        return element("strong", shown.value), f" ± {with_unit(shown.half_width, shown.unit)}"
+    return element("strong", shown.text), element("span", f" ({shown.interval})", class_="interval")
+
+
+def law_list(model: Model) -> Markup:
+    """The laws of the identified model with their summaries and sources, each once for all layers."""
+    laws = {
+        law.name: (law.family, law) for layer in model.layers for law in layer.parts if law.name not in OMITTED_LAWS
+    }
+    named = ((f"{family.capitalize()}: {law.name.replace('_', ' ')}.", law) for family, law in laws.values())
+    return listing(join([element("strong", name), f" {law.summary} ({law.source})"]) for name, law in named)
+
+
+def choice_table(choice: Iterable[Choice]) -> Markup:
+    """The stiffness laws compared, the best first, with their BIC and its difference from the lowest."""
+    ranked = sorted(choice, key=lambda each: each.bic)
+    if not ranked:
+        return Markup("")
+    best, shown = ranked[0].bic, any(not math.isnan(each.puncture_ratio) for each in ranked)
+    meaning = "BIC combines misfit and number of parameters. The lowest is preferred, decisively by 10 or more."
+    rows = (
+        (
+            each.name.replace("_", " "),
+            f"{each.bic:.1f}".replace("-", "−"),
+            _above(each.bic - best),
+            *[percent(each.puncture_ratio)] * shown,
+        )
+        for each in ranked
+    )
+    head = ("stiffness law", "BIC", "above the lowest", *["modelled over measured puncture force"] * shown)
+    return join([table(head, rows, class_="numbers small"), note(meaning)])
+
+
+def _above(difference: float) -> object:
+    """A BIC above the lowest."""
+    return element("strong", "best") if difference == 0.0 else f"+{difference:.1f}"
+
+
+def recording_table(recordings: Sequence[RecordingFit], names: Iterable[str], anomalous: set[int]) -> Markup:
+    """Every file with its status, the parameters ``names`` of its own fit, and the residual."""
+    own = [name for name in names if any(name in one.parameters for one in recordings)]
+    head = ("no.", "file", "status", *(quantity_name(name) for name in own), "rms residual", "R²")
+    rows = (_recording(k, one, own, k in anomalous) for k, one in enumerate(recordings, 1))
+    return table(head, rows, class_="cards numbers" + " dense" * (len(recordings) > MAX_NORMAL_SIZE_ROWS))
+
+
+def _recording(number: int, one: RecordingFit, own: list[str], anomalous: bool) -> tuple:
+    """The row of one recording."""
+    status = [status_name(one.status)] + ([element("em", "; anomalous")] if anomalous else [])
+    values = (one.parameters.get(name) for name in own)
+    quality = one.quality
+    return (
+        number, element("span", file_name(one.file), class_="file"), join(status),
+        *(_value(e) for e in values),
+        *(("", "") if quality is None else (plain(quality.rmse_N, "N", quality.rmse_N), f"{quality.r2:.4f}")),
+    )  # fmt: skip
+
+
+def _value(estimate: Estimate | None) -> str:
+    """A value of a recording's own fit; a puncture that it did not reach has none."""
+    if estimate is None:
+        return ""
+    reached = estimate.identifiable or not estimate.name.endswith("puncture_depth")
+    return quantity(estimate.value, estimate.low, estimate.high, estimate.unit).text if reached else "not reached"
+
+
+def event_table(recordings: Sequence[RecordingFit]) -> Markup:
+    """Contact, punctures and exit of every recording."""
+    rows = (row for k, one in enumerate(recordings, 1) for row in _events(k, one))
+    return table(EVENTS, rows, class_="cards numbers dense")
+
+
+def _events(number: int, one: RecordingFit) -> Iterator[tuple]:
+    """The rows of the events of one recording."""
+    events = one.events
+    surface = events.contact.depth if events.contact is not None else None
+    named = (("contact", events.contact), *(("puncture", p) for p in events.punctures), ("exit", events.exit))
+    for k, (name, event) in enumerate(pair for pair in named if pair[1] is not None):
+        indentation = None if surface is None else event.depth - surface
+        yield (
+            "" if k else number, name, _milli(event.time, "s"), _milli(1e3 * event.depth, "mm"),
+            "" if indentation is None else _milli(1e3 * indentation, "mm"), _milli(event.force, "N"),
+            _milli(event.drop, "N") if hasattr(event, "drop") else "", f"{event.low}–{event.high}",
+        )  # fmt: skip
+
+
+def _milli(value: float, unit: str) -> str:
+    """A value with three decimals: milliseconds, micrometres and millinewtons, finer than the sensors resolve."""
+    return f"{value:.3f}\N{NO-BREAK SPACE}{unit}".replace("-", "−")
+
+
+def evidence_rows(evidence: Sequence[Evidence]) -> list[tuple[str, ...]]:
+    """Every choice tried as text under ``EVIDENCE``, with its BIC above the lowest."""
+    lowest = min(row.bic for row in evidence)
+    return [
+        (row.choice, str(row.parameters), _share(row.residual), f"{row.bic - lowest:.0f}", _share(row.left_out),
+         "chosen" if row.chosen else "ties" if row.ties else "")
+        for row in evidence
+    ]  # fmt: skip
+
+
+def evidence_table(settings: LayeredSettings) -> Markup:
+    """The choices as an HTML table, the word ``chosen`` in bold, with the criterion under it."""
+    bold = {"chosen": element("strong", "chosen")}
+    rows = ((*row[:-1], bold.get(row[-1], row[-1])) for row in evidence_rows(settings.evidence))
+    each = (
+        "A choice with a comma omits one mechanism from the chosen number of layers. Parameters are all that are "
+        "fitted."
+    )
+    return join([table(EVIDENCE, rows, class_="cards numbers tight"), note(f"{evidence_words(settings)} {each}")])
+
+
+def evidence_words(settings: LayeredSettings) -> str:
+    """The criterion of the choice, and what a tie is."""
+    by_bic = (
+        "With fewer than three repeats the choice with the lowest BIC is taken; those within 10 of it tie. BIC is over "
+        "the complete cycle and counts correlated samples as one."
+    )
+    by_repeats = (
+        "Of the choices that predict held-out repeats as well as the best, within one standard error or 2 % "
+        "(geometric mean over the repeats), the one with the fewest parameters is chosen. A choice ties if its "
+        "error differs from that of the chosen one by no more than the noise between repeats: these recordings do "
+        "not distinguish the two. BIC, over the complete cycle and counting correlated samples as one, is shown for "
+        "comparison and may favour fewer parameters."
+    )
+    given = sum("," not in row.choice for row in settings.evidence) == 1
+    fixed = " The number of layers was given." if given else ""
+    return (by_repeats if settings.evidence[0].left_out is not None else by_bic) + fixed
+
+
+def _share(share: float | None) -> str:
+    """A share of the peak in per cent, with one decimal."""
+    return DASH if share is None else f"{100.0 * share:.1f}\N{NO-BREAK SPACE}%"
+
+
+def provenance(recordings: Sequence[RecordingFit], settings: FitSettings | None) -> Markup:
+    """A table of the files as read; properties common to all files, settings and version in a list."""
+    files = [_file(k, one) for k, one in enumerate(recordings, 1)]
+    shared = _shared(files)
+    columns = [name for name in (files[0] if files else ()) if name not in shared]
+    rows = ([_shown(name, file[name]) for name in columns] for file in files)
+    run = {} if settings is None else vars(settings)
+    own = ((name, value) for name, value in run.items() if name != "evidence")  # which has its own section
+    listed = [("needleforce", __version__), *own, *shared.items()]
+    pairs = ((name.replace("_", " "), _setting(value)) for name, value in listed)
+    return join([table(columns, rows, class_="cards numbers provenance"), definitions(pairs)])
+
+
+def _file(number: int, one: RecordingFit) -> dict[str, object]:
+    """The properties of one file by name; empty if unknown."""
+    recording = one.recording
+    if recording is None or len(recording) < 2:
+        return dict.fromkeys((*_FILE_COLUMNS, *_CARD_COLUMNS), "") | {"no.": number, "file": one.file}
+    card, time = recording.card, recording.time
+    rate, duration = with_unit(f"{recording.rate:.4g}", "Hz"), with_unit(f"{time[-1] - time[0]:.4g}", "s")
+    length = f"average of {card.filter_length} samples" if card.filter_length > 1 else ""
+    source = "" if one.file in (card.source, recording.place) else card.source
+    origin = source, card.needle, card.tissue, card.rig, length, card.assumptions
+    known = card.sha256, _thousands(len(time)), rate, duration, *origin
+    return {"no.": number, "file": one.file, **dict(zip(_CARD_COLUMNS, known))}
+
+
+def _shared(files: list[dict]) -> dict[str, object]:
+    """The properties that are the same for all files; for one file all except name, hash and samples."""
+    apart = (*_FILE_COLUMNS, "sha256", "samples")
+    same = (name for name in _CARD_COLUMNS if name not in apart and len({file[name] for file in files}) == 1)
+    return {name: files[0][name] for name in same if files[0][name]}
+
+
+def _shown(name: str, value: object) -> object:
+    """A property of a file as the content of a table cell."""
+    if name == "file":
+        return element("span", value, class_="file")
+    if name == "sha256" and value:
+        return element("code", value)
+    return listing(value) if isinstance(value, tuple) and value else value or ""
+
+
+def _setting(value: object) -> object:
+    """A setting as text."""
+    if isinstance(value, (list, tuple)) and value:
+        return listing(map(_setting, value))
+    return f"{value:.6g}" if isinstance(value, float) else "none" if value in (None, "", (), []) else str(value)
+
+
+def _thousands(number: int) -> str:
+    """A number with a space between groups of three digits."""
+    return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")

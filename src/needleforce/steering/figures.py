@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Figures of a steered needle: its path in three projections, loads over depth, measured and predicted tips."""
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..display.axes import DEPTH
+from ..display.canvas import (
+    INK,
+    MEASURED,
+    MODEL,
+    QUIET,
+    SECOND,
+    SLATE,
+    THICK,
+    THIN,
+    Labels,
+    Sheet,
+    axis_names,
+    panels,
+)
+from ..display.page import Figure
+from .base_motion import BaseMotion
+from .obstacles import Box, Obstacle, Sphere
+from .tip_paths import TipPath
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Drawing
+
+BLOCKED = "#b23b3b"
+TIPS = (
+    "Circles: measured tips. Lines: predicted from the motion of the base and the rows before it moves; orange of "
+    "steered insertions, grey of unsteered ones. Below: measured less predicted."
+)
+PLAN_PATH = (
+    "The path of the tip in three projections. Cross: target. Shade: 95 % region of the tip. Red: obstacles. The "
+    "scales of the axes differ."
+)
+RUN_PATH = (
+    "The path of the tip in three projections. Thin lines: the needle at some steps. Dashed: layer boundaries. The "
+    "scales of the axes differ."
+)
+MOTION = "In each step the base first moves across and the needle rolls at rest, then it is pushed in."
+LOADS = (
+    "Axial force, + opposes insertion; it is 0 without a model of it. Lateral force and moment are those of the tissue "
+    "on the needle at its base."
+)
+_VIEWS = ((2, 0), (2, 1), (0, 1))  # horizontal and vertical axis of each projection
+_NAMES = ("x", "y", "z")
+_MARGINS = {"left": 46.0, "across": 46.0, "down": 50.0}
+
+
+def run_path(path: np.ndarray, shapes: Sequence[np.ndarray], layers: Sequence[float]) -> Figure:
+    """The path (n, 3) [m] of the tip, with the needle at some steps, and the depths of layers [m]."""
+    draw = partial(run_path_figure, path=path, shapes=shapes, layers=layers)
+    return Figure(name="path", draw=draw, heights=(230.0, 620.0), caption=RUN_PATH, alt=RUN_PATH)
+
+
+def plan_path(path: np.ndarray, tube: np.ndarray, obstacles: Sequence[Obstacle], target: np.ndarray) -> Figure:
+    """The path (n, 3) [m] of the tip with the radius (n,) [m] in which it is, past obstacles to the target (3,) [m]."""
+    draw = partial(plan_path_figure, path=path, tube=tube, obstacles=obstacles, target=target)
+    return Figure(name="path", draw=draw, heights=(230.0, 620.0), caption=PLAN_PATH, alt=PLAN_PATH)
+
+
+def base_motion(motion: BaseMotion) -> Figure:
+    """What the base does over depth."""
+    draw = partial(motion_figure, motion=motion)
+    return Figure(name="motion", draw=draw, heights=(230.0, 260.0), caption=MOTION, alt=MOTION)
+
+
+def loads(depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> Figure:
+    """Force (n,) [N] and wrench (n, 6) [N], [N m] over depth [m]."""
+    draw = partial(loads_figure, depth=depth, force=force, wrench=wrench)
+    return Figure(name="loads", draw=draw, heights=(220.0, 600.0), caption=LOADS, alt=LOADS)
+
+
+def tips(insertions: Sequence[tuple[TipPath, np.ndarray]]) -> Figure:
+    """Measured tips of each insertion with the predicted ones (n, 3) [m]."""
+    draw = partial(tips_figure, insertions=insertions)
+    return Figure(name="tips", draw=draw, heights=(430.0, 620.0), caption=TIPS, alt=TIPS)
+
+
+def draw_path(axes: "Axes", path: np.ndarray) -> tuple[str, str]:
+    """Both directions across over the depth of a path (n, 3) [m]; returns the axis labels."""
+    for column, name, colour in zip(path.T, _NAMES[:2], (MODEL, SECOND)):
+        axes.plot(1e3 * path[:, 2], 1e3 * column, color=colour, lw=THICK, label=name)
+    return DEPTH, "tip across [mm]"
+
+
+def _projections(figure: "Drawing", sheet: Sheet, path: np.ndarray) -> "Iterator[tuple[Axes, int, int]]":
+    """Axes with the path, and the horizontal and vertical direction in each; what is drawn in them follows."""
+    rows, columns = (3, 1) if sheet.narrow else (1, 3)
+    for axes, (over, up) in zip(panels(figure, sheet, rows, columns, _MARGINS).ravel(), _VIEWS):
+        axes.plot(1e3 * path[:, over], 1e3 * path[:, up], color=MODEL, lw=THICK, zorder=4)
+        yield axes, over, up
+        axis_names(axes, f"{_NAMES[over]} [mm]", f"{_NAMES[up]} [mm]")
+        axes.margins(0.08, 0.25)
+
+
+def run_path_figure(
+    figure: "Drawing", sheet: Sheet, path: np.ndarray, shapes: Sequence[np.ndarray], layers: Sequence[float]
+) -> None:
+    """The path of the tip in three projections, with the needle at some steps and the depths of layers."""
+    for axes, over, up in _projections(figure, sheet, path):
+        for shape in shapes:
+            axes.plot(1e3 * shape[:, over], 1e3 * shape[:, up], color=QUIET, lw=THIN)
+        for top in layers if over == 2 else ():
+            axes.axvline(1e3 * top, color=QUIET, lw=0.6, ls=(0, (4, 2)))
+
+
+def plan_path_figure(
+    figure: "Drawing",
+    sheet: Sheet,
+    path: np.ndarray,
+    tube: np.ndarray,
+    obstacles: Sequence[Obstacle],
+    target: np.ndarray,
+) -> None:
+    """The path of the tip in three projections, with its uncertainty, obstacles and the target."""
+    from matplotlib.patches import Circle
+
+    shown, radius = 1e3 * path, 1e3 * tube
+    for axes, over, up in _projections(figure, sheet, path):
+        if over == 2:
+            ends = shown[:, up] - radius, shown[:, up] + radius
+            axes.fill_between(shown[:, 2], *ends, color=MODEL, alpha=0.13, lw=0.0)
+        else:
+            axes.add_patch(Circle((shown[-1, over], shown[-1, up]), radius[-1], color=MODEL, alpha=0.13, lw=0.0))
+        for obstacle in obstacles:
+            _draw_obstacle(axes, obstacle, over, up)
+        axes.plot(1e3 * target[over], 1e3 * target[up], marker="x", ms=7, mew=1.6, color=INK, zorder=5)
+
+
+def _draw_obstacle(axes: "Axes", obstacle: object, over: int, up: int) -> None:
+    from matplotlib.patches import Circle, Rectangle
+
+    style = {"color": BLOCKED, "alpha": 0.25, "lw": 0.0}
+    if isinstance(obstacle, Sphere):
+        center = 1e3 * np.asarray(obstacle.center)
+        axes.add_patch(Circle((center[over], center[up]), 1e3 * obstacle.radius, **style))
+    elif isinstance(obstacle, Box):
+        low, high = 1e3 * np.asarray(obstacle.low), 1e3 * np.asarray(obstacle.high)
+        axes.add_patch(Rectangle((low[over], low[up]), high[over] - low[over], high[up] - low[up], **style))
+
+
+def loads_figure(figure: "Drawing", sheet: Sheet, depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> None:
+    """Axial force, lateral force and bending moment at the base over depth."""
+    curves = [
+        ("axial force [N]", [("", force)]),
+        ("lateral force at the base [N]", [("x", wrench[:, 0]), ("y", wrench[:, 1])]),
+        ("moment at the base [N mm]", [("about x", 1e3 * wrench[:, 3]), ("about y", 1e3 * wrench[:, 4])]),
+    ]
+    rows, columns = (3, 1) if sheet.narrow else (1, 3)
+    for axes, (name, lines) in zip(panels(figure, sheet, rows, columns, _MARGINS).ravel(), curves):
+        drawn = []
+        for (label, values), colour in zip(lines, (MODEL, SECOND)):
+            axes.plot(1e3 * depth, values, color=colour, lw=THICK)
+            drawn.append((label, (1e3 * depth, values), colour))
+        axis_names(axes, DEPTH, name)
+        labels = Labels(axes, [line for _, line, _ in drawn])
+        for label, line, colour in drawn:
+            if label:
+                labels.on(label, *line, colour)
+
+
+def motion_figure(figure: "Drawing", sheet: Sheet, motion: BaseMotion) -> None:
+    """What the base does over depth: motion across, and roll if it rolls."""
+    depth, lateral, roll = motion.depth, motion.lateral, motion.roll
+    rolls = bool(np.ptp(roll) > 1e-9)
+    made = panels(figure, sheet, 1 + rolls, 1, {"left": 46.0, "down": 44.0}, sharex=True).ravel()
+    lines = []
+    for column, name, colour in zip(1e3 * lateral.T, _NAMES, (MODEL, SECOND)):
+        made[0].step(1e3 * depth, column, where="pre", color=colour, lw=THICK)
+        lines.append((name, (1e3 * depth, column), colour))
+    axis_names(made[0], "" if rolls else DEPTH, "base across [mm]")
+    labels = Labels(made[0], [line for _, line, _ in lines])
+    for name, line, colour in lines:
+        labels.on(name, *line, colour)
+    if rolls:
+        made[1].step(1e3 * depth, np.degrees(roll), where="pre", color=SLATE, lw=THICK)
+        axis_names(made[1], DEPTH, "roll [°]")
+
+
+def tips_figure(figure: "Drawing", sheet: Sheet, insertions: Sequence[tuple[TipPath, np.ndarray]]) -> None:
+    """Measured and predicted tips of each insertion over depth, and what is left of both."""
+    made = panels(figure, sheet, 2, 2, _MARGINS, sharex="col")
+    for path, predicted in insertions:
+        depth = 1e3 * path.depth
+        for plane in (0, 1):
+            start = path.tip[0, plane]
+            measured, expected = (1e3 * (tip[:, plane] - start) for tip in (path.tip, predicted))
+            _draw_tip(made[0, plane], path, depth, measured, expected)
+            left = 1e3 * (path.tip[:, plane] - predicted[:, plane])
+            made[1, plane].plot(depth, left, color=MODEL if path.steered else MEASURED, lw=THIN)
+    for plane, name in enumerate("xy"):
+        axis_names(made[0, plane], "", f"tip, {name} [mm]")
+        axis_names(made[1, plane], DEPTH, f"measured - predicted, {name} [mm]")
+
+
+def _draw_tip(axes: "Axes", path: TipPath, depth: np.ndarray, measured: np.ndarray, predicted: np.ndarray) -> None:
+    axes.plot(depth, measured, ls="", marker="o", ms=2.2, mfc="white", mec=SLATE, mew=0.7)
+    axes.plot(depth, predicted, color=MODEL if path.steered else MEASURED, lw=1.1)
