@@ -1,43 +1,323 @@
 # SPDX-License-Identifier: Apache-2.0
 # ruff: noqa: E501 - the content of hostile files has long lines
-"""The content of hostile files for ``hostile_files.py``: valid files, and changes of them."""
+"""Valid files of every format for ``hostile_files.py``, which ``hostile_changes.py`` changes."""
 
+import datetime
+import json
 import random
 import sqlite3
+import tempfile
+import zipfile
 from functools import cache
 from io import BytesIO
 from pathlib import Path
 
+import curve_files
 import damaged_files
-import hostile_changes
 import numpy as np
 
 from needleforce.recording.log import ros_messages
 from needleforce.wire.sensor_configuration import SensorConfiguration
 
 ENDINGS = {"csv": ".csv", "parquet": ".parquet", "mcap": ".mcap", "bag": "", "toml": ".toml", "json": ".json", "mapping": ".toml",
-           "page": ".xml", "calibration": ".cal", "table": ".csv", **hostile_changes.ENDINGS}  # fmt: skip
+           "page": ".xml", "calibration": ".cal", "table": ".csv", "forms": ".txt", "lvm": ".lvm", "excel": ".xlsx", "xlsm": ".xlsm",
+           "xls": ".xls", "npy": ".npy", "npz": ".npz", "matlab": ".mat", "matlab73": ".mat", "hdf5": ".h5", "tdms": ".tdms",
+           "records": ".jsonl", "ros1": ".bag", "jpk": ".jpk-force", "igor": ".ibw", "nanosurf": ".nid"}  # fmt: skip
 ROOT = Path(__file__).parents[1]
 ROWS = 60
-CELLS = [
-    "nan", "inf", "-inf", "1e999", "1e-999", "", "x", "9" * 400, "0x10", "1_0", "١", "=1+1", '"', '"a\n', "\0", "\r", "#", "1,1", ";",
-    "\t", "  ", "1e308", "-1e308", "5e-324", "\u202e", "\x1b[2J", "é", "\ufeff", "1" * 5001, "a" * 300, "[" * 200, "true", "1979-05-27",
-]  # fmt: skip
-NUMBERS = ["0", "-1", "1e-6", "1e6", "1e300", "-1e-300", "12345678901234567890", "0.5", "2e9"]
-CARDS = ["motion: /dev/zero", "motion: run.csv", "motion: ..", "filter_length: 1e999", "filter_length: 1e9", "note: a 9 b",
-         "note: gap " + "9" * 20 + " x", "start_depth_m: nan", "start_depth_m: 1e308", "assumption: \x1b]0;x\x07", "origin: " + "x" * 9999,
-         "speed_mm_s: =1+1", "needle: \\xff\\x00"]  # fmt: skip
-KEYS = ['"', "'''", '"""', "[", "]", "[[", "{", "}", "a.b.c.d = 1", "[a.b]", "=", ".", ",", "\\", "#", "inf", "-nan", "1e308", "1e400",
-        "-1e308", "9" * 400, "0x" + "f" * 200, "1979-05-27T07:32:00Z", "[" * 40, "a." * 40 + "a=1", "[" * 5000, "\0", "\ufeff", "true",
-        "{a={b={}}}", "[[[]]]", '""', "null", "-0", "5e-324", "\ud800".encode("utf-8", "replace").decode()]  # fmt: skip
-OPTIONS = ["rate_hz = 0\n", "speed_mm_s = 1e300\n", "step_um = -1e-300\n", "first_row = 0\n", "first_row = 999999999999\n", 'part = "x"\n',
-           "part = -1\n", 'columns.force = "*"\n', 'columns.force = "***********************a"\n', "columns.force = 0\n", "columns.time = -1\n",
-           "columns.force = []\n", 'columns.x = "a"\n', 'units.force = "-1e308N"\n', 'units.force = "0N"\n', 'units.time = "N"\n',
-           'units.depth = "1e-320mm"\n', 'inwards = ""\n', "filter_length = 0\n", "filter_length = 999999999999\n", "start_depth_mm = nan\n",
-           'mapping = "x.toml"\n', "columns.force = 3\ncolumns.depth = 3\n", 'columns."motion.time" = 1\n']  # fmt: skip
-TAGS = ["<!DOCTYPE a>", '<!DOCTYPE a [<!ENTITY b "c">]>', "&b;", "&#0;", "&#x110000;", "<a>", "</a>", "<![CDATA[", "]]>", "<?x?>", "<!--",
-        "1e-6", "1e999", "nan", "-1", "0", "N" * 5000, "lbf-in", '"', "<", ">", "&", "9" * 400, '<?xml version="1.0" encoding="utf-16"?>',
-        '<?xml version="1.0" encoding="x"?>']  # fmt: skip
+TIME = 0.01 * np.arange(ROWS)
+DEPTH = np.linspace(-5e-3, 20e-3, ROWS)
+FORCE = 40.0 * DEPTH.clip(0.0)
+
+
+def _joined(separator: str = "\t", *, time: bool = True) -> str:
+    cells = (([f"{t:.3f}"] if time else []) + [f"{1e3 * d:.4f}", f"{f:.5f}"] for t, d, f in zip(TIME, DEPTH, FORCE))
+    return "\n".join(map(separator.join, cells)) + "\n"
+
+
+@cache
+def _forms(form: int) -> bytes:
+    """Text as instruments write it."""
+    rows = _joined()
+    block = "<INFO>\nDate:\t1.2.2026\n<DATA>\nTime, s\tPosition (z), mm\tFz, gf\n" + rows
+    cycle = "\n".join(f"{k // 20 + 1},{row}" for k, row in enumerate(_joined(",").splitlines())) + "\n"
+    forms = [
+        block + "<END DATA>\n" + block,
+        'Test : 1,"10.0",mm/min\n\nTime,Extension,Load\n(s),(mm),(N)\n"'
+        + rows.replace("\t", '","').replace("\n", '"\n"')[:-1],
+        rows,
+        ("Zeit;Weg;Kraft\ns;mm;N\n" + rows.replace("\t", ";").replace(".", ",")),
+        "Time\tPd\tFn\n" + "\n".join(f"12:00:{row}" for row in rows.splitlines()),
+        "\n".join("\t".join([line] * 3) for line in ("Time (s)\tz (mm)\tF (N)\n" + rows).splitlines()),
+        "Indentation\n\n   Max load :\t1000.00 \tµN\n\nTime (s)\tPd (µm)\tFn (µN)\n\n" + rows,
+        "Date\t29/09/2021\tStatus\tOK\r\n\r\nk (N/m)\t4.640\r\nTime (s)\tLoad (uN)\tIndentation (nm)\r\n" + rows,
+        '"Standardkraft";"Standardweg";"Prüfzeit"\n"N";"mm";"s"\n' + rows.replace("\t", ";").replace(".", ","),
+        "Force\tDistance\tTime\n(g)\t(mm)\t(sec)\n" + rows + "\t\t\n" * 3,
+        "\n".join(f"A1,{row}" for row in _joined(",", time=False).splitlines()) + "\n",
+        "Cycle,Time (s),Position (mm),Force (N)\n" + cycle,
+        "2026-01-02T03:04:05.678,0,0\n"
+        + "".join(f"2026-01-02T03:{5 + k // 60:02d}:{k % 60:02d}.{k:03d},{k / 100},{k / 9:.3f}\n" for k in range(ROWS)),
+        "# time depth force\n# s mm N\n" + _joined("  "),
+    ]
+    return forms[form].encode({3: "utf-16", 6: "latin-1", 8: "cp1252"}.get(form, "utf-8"))
+
+
+@cache
+def _lvm(form: int) -> bytes:
+    """A LabVIEW measurement file; ``form`` has the decimal sign, the columns of X and the segments."""
+    x = ("One", "No", "Multi")[form % 3]
+    head = ["LabVIEW Measurement", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab", f"Decimal_Separator\t{'.,'[form % 2]}",
+            "Multi_Headings\tYes", f"X_Columns\t{x}", "Time_Pref\tRelative", "Date\t2026/01/02", "***End_of_Header***", ""]  # fmt: skip
+    part = ["Channels\t2", f"Samples\t{ROWS}\t{ROWS}", "Y_Unit_Label\tN\tmm", "X_Dimension\tTime\tTime", "X0\t0.0E+0\t0.0E+0",
+            "Delta_X\t0.01\t0.01", "***End_of_Header***", "X_Value\tForce\tDepth\tComment"]  # fmt: skip
+    part[-1] = "X_Value\tForce\tX_Value\tDepth" if x == "Multi" else part[-1]
+    for t, d, f in zip(TIME, 1e3 * DEPTH, FORCE):
+        cells = {"One": (t, f, d), "No": ("", f, d), "Multi": (t, f, t, d)}[x]
+        part.append("\t".join(str(cell) for cell in cells).replace(".", ".,"[form % 2]))
+    return "\r\n".join(head + ([*part, ""]) * (1 + form // 3 * 2)).encode()
+
+
+@cache
+def _excel(form: int) -> bytes:
+    import openpyxl
+
+    book = openpyxl.Workbook()
+    rows = [("Time [s]", "Depth [mm]", "Force [N]"), *zip(TIME.tolist(), (1e3 * DEPTH).tolist(), FORCE.tolist())]
+    for sheet in [book.active, *(book.create_sheet(f"s{k}") for k in range(form % 3))]:
+        if form == 3:
+            sheet.append(("Specimen", "x", datetime.datetime(2026, 1, 2)))
+        for k, row in enumerate(rows):
+            sheet.append((row[0], row[1], f"=B{k}*2") if form == 4 and k else row)
+    if form == 5:
+        book.active.merge_cells("A1:C1")
+        book.create_chartsheet("c")
+    made = BytesIO()
+    book.save(made)
+    return made.getvalue()
+
+
+@cache
+def _xlsm(form: int) -> bytes:
+    """A workbook with a project of macros, whose bytes are none that a program could run."""
+    made = BytesIO()
+    with zipfile.ZipFile(BytesIO(_excel(form))) as old, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            part = old.read(name)
+            if name == "[Content_Types].xml":
+                kind = b"application/vnd.ms-excel.sheet.macroEnabled.main+xml"
+                part = part.replace(b"application/vnd.openxmlformats-officedocument.spreadsheetml.sheet.main+xml", kind)
+            new.writestr(name, part)
+        new.writestr("xl/vbaProject.bin", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(504) + b"Attribute VB_Name" * 20)
+    return made.getvalue()
+
+
+@cache
+def _xls(form: int) -> bytes:
+    import xlwt
+
+    book = xlwt.Workbook()
+    for number in range(1 + form % 3):
+        sheet = book.add_sheet(f"s{number}")
+        sheet.write_merge(0, 0, 0, 2, "Specimen") if form > 3 else None
+        for column, (name, values) in enumerate(
+            (("Time [s]", TIME), ("Depth [mm]", 1e3 * DEPTH), ("Force [N]", FORCE))
+        ):
+            sheet.write(1, column, name)
+            for row, value in enumerate(values.tolist(), 2):
+                formula = form == 3 and column == 2
+                sheet.write(row, column, xlwt.Formula(f"B{row}*2") if formula else value)
+    made = BytesIO()
+    book.save(made)
+    return made.getvalue()
+
+
+@cache
+def _npy(form: int) -> bytes:
+    made = BytesIO()
+    matrix = np.stack([TIME, DEPTH, FORCE], axis=1)
+    fields = [("t", "<f8"), ("F", ">f4"), ("more", [("x", "<i2"), ("y", "<f8", (3,))])]
+    arrays = [matrix, np.asfortranarray(matrix), matrix.T.astype(">f4"), np.zeros(ROWS, dtype=fields),
+              np.array([{"a": 1}] * ROWS, dtype=object), (1e6 * TIME).astype("m8[us]")]  # fmt: skip
+    np.save(made, arrays[form])
+    return made.getvalue()
+
+
+@cache
+def _npz(form: int) -> bytes:
+    made = BytesIO()
+    save = np.savez_compressed if form % 2 else np.savez
+    more = {"objects": np.array([None] * ROWS)} if form > 3 else {"matrix": np.zeros((ROWS, 3)), "single": 3.0}
+    save(made, time=TIME, depth=DEPTH, force=FORCE.astype(np.float32), **more)
+    return made.getvalue()
+
+
+@cache
+def _matlab(form: int) -> bytes:
+    from scipy.io import savemat
+
+    runs = np.array([(TIME, FORCE), (TIME[:9], FORCE[:9])], dtype=[("t", object), ("F", object)])
+    names = {"units": {"time": "s", "F": "N"}, "time": TIME, "F": FORCE[:, None]}
+    variables = {"time": TIME, "M": np.zeros((ROWS, 3)), "run": runs, "s": names, "text": "a", "fs": 100.0}
+    if form == 5:
+        variables = {"time": TIME, "force": FORCE.astype(np.int16), "M": np.zeros((ROWS, 3), np.float32)}
+    made = BytesIO()
+    savemat(made, variables, format="4" if form == 5 else "5", do_compression=form % 2 == 1 and form < 5)
+    return made.getvalue()
+
+
+def h5_bytes(fill, **options) -> bytes:
+    import h5py
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "x.h5"
+        with h5py.File(path, "w", **options) as file:
+            fill(file)
+        return path.read_bytes()
+
+
+@cache
+def _hdf5(form: int) -> bytes:
+    def fill(file):
+        group = file.create_group("run")
+        filters = [{}, {"compression": "gzip", "shuffle": True}, {"compression": "lzf"}, {"fletcher32": True, "chunks": (7,)},
+                   {"scaleoffset": 6}, {"chunks": (16,), "maxshape": (None,)}][form]  # fmt: skip
+        for name, values, unit in (("time", TIME, "s"), ("depth", DEPTH, "m"), ("force", FORCE.astype("<f4"), b"N")):
+            group.create_dataset(name, data=values, **filters).attrs["units"] = unit
+        matrix = file.create_dataset("matrix", data=np.zeros((ROWS, 3), ">i2"))
+        matrix.attrs["columns"] = ["a", "b", "c"]
+        file.create_dataset("rows", data=np.zeros(9, dtype=[("t", "f8"), ("text", "S3")]))
+        file.attrs["rate"] = 100.0
+        file["again"] = group
+
+    return h5_bytes(fill, libver=("earliest", "latest")[form % 2])
+
+
+@cache
+def _matlab73(form: int) -> bytes:
+    import h5py
+
+    def stored(group, name, values, kind="double"):
+        made = group.create_dataset(name, data=values, **({"compression": "gzip"} if form % 2 else {}))
+        made.attrs["MATLAB_class"] = np.bytes_(kind)
+        return made
+
+    def fill(file):
+        stored(file, "time", TIME[None, :]), stored(file, "M", np.zeros((3, ROWS)))
+        stored(file, "text", np.array([[97], [98]], "<u2"), "char")
+        referred = file.create_group("#refs#")
+        parts = [stored(referred, name, values[None, :]) for name, values in zip("abcd", (TIME, FORCE, TIME, DEPTH))]
+        runs = file.create_group("run")
+        runs.attrs["MATLAB_class"] = np.bytes_("struct")
+        for name, pair in (("t", parts[:2]), ("F", parts[2:])):
+            runs.create_dataset(name, data=np.array([[each.ref] for each in pair], dtype=h5py.ref_dtype))
+        cells = np.array([[each.ref for each in parts]], dtype=h5py.ref_dtype)
+        file.create_dataset("cells", data=cells).attrs["MATLAB_class"] = np.bytes_("cell")
+        if form > 3:
+            stored(file, "T", np.zeros(6, "<u4"), "table")
+
+    return b"MATLAB 7.3 MAT-file".ljust(512, b" ") + h5_bytes(fill, userblock_size=512)[512:]
+
+
+@cache
+def _tdms(form: int) -> bytes:
+    from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
+
+    made = BytesIO()
+    even = {"wf_increment": 0.01, "wf_start_offset": 0.0, "unit_string": "N"}
+    scaled = {"NI_Number_Of_Scales": 1, "NI_Scale[0]_Scale_Type": "Linear", "NI_Scale[0]_Linear_Slope": 2.0,
+              "NI_Scale[0]_Linear_Y_Intercept": 1.0, "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
+              "NI_Scaling_Status": "unscaled"}  # fmt: skip
+    with TdmsWriter(made) as writer:
+        for part in range(1 + form % 3):
+            objects = [ChannelObject("run", "force", FORCE, even if form < 3 else scaled)]
+            objects += [ChannelObject("run", "depth", (1e6 * DEPTH).astype(np.int16), {"unit_string": "um"})]
+            objects += [ChannelObject("other", "text", ["a"] * 5)] if form > 3 else []
+            if part == 0:
+                objects = [RootObject({"title": "a"}), GroupObject("run", {"rate": 100.0}), *objects]
+            writer.write_segment(objects)
+    return made.getvalue()
+
+
+@cache
+def _records(form: int) -> bytes:
+    rows = [
+        {"t": t, "q": [d, 0.0], "w": {"fz": f, "name": "a"}}
+        for t, d, f in zip(*map(np.ndarray.tolist, (TIME, DEPTH, FORCE)))
+    ]
+    lists = {
+        "time": TIME.tolist(),
+        "run": {"force": FORCE.tolist(), "M": np.zeros((9, 3)).tolist()},
+        "units": {"time": "s"},
+    }
+    texts = ["\n".join(map(json.dumps, rows)), json.dumps(rows), json.dumps(lists), json.dumps(lists, indent=1),
+             json.dumps({"columns": ["t"], "data": [[t] for t in TIME.tolist()]}), json.dumps({"t": dict(enumerate(TIME.tolist()))})]  # fmt: skip
+    return texts[form].encode()
+
+
+@cache
+def _ros1(form: int) -> bytes:
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    types = store.types
+    vector, wrench = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Wrench"]
+    with tempfile.TemporaryDirectory() as folder:
+        writer = Writer(Path(folder) / "x.bag")
+        if form % 3:
+            writer.set_compression((Writer.CompressionFormat.BZ2, Writer.CompressionFormat.LZ4)[form % 3 - 1])
+        with writer:
+            names = {"/w": "geometry_msgs/msg/WrenchStamped", "/j": "sensor_msgs/msg/JointState"}
+            topics = {topic: writer.add_connection(topic, name, typestore=store) for topic, name in names.items()}
+            for number in range(ROWS):
+                at = damaged_files.START + number * 10_000_000
+                head = types["std_msgs/msg/Header"](
+                    number, types["builtin_interfaces/msg/Time"](at // 10**9, at % 10**9), "f"
+                )
+                force = types[names["/w"]](head, wrench(vector(0.0, 0.0, FORCE[number]), vector(0.0, 0.0, 0.0)))
+                state = types[names["/j"]](head, ["z"], DEPTH[number : number + 1], np.empty(0), np.empty(0))
+                for topic, message in (("/w", force), ("/j", state)):
+                    writer.write(topics[topic], at, store.serialize_ros1(message, names[topic]))
+        return (Path(folder) / "x.bag").read_bytes()
+
+
+@cache
+def _igor(form: int) -> bytes:
+    columns = np.stack([1e-6 * DEPTH, 1e-9 * FORCE, 1e-6 * DEPTH], axis=1)
+    labels, note = ("Raw", "Defl", "ZSnsr"), "SpringConstant:0.05\rNumPtsPerSec:100\r"
+    waves = [
+        (FORCE, 0.01, "N"),
+        (columns, 0.01, "m", "s", labels, note),
+        (columns.T, 0.01, "m", "s"),
+        (columns, 0.0, "", ""),
+    ]
+    return curve_files.igor_wave(*waves[form % len(waves)])
+
+
+# format -> what makes a valid content, of a form, and the number of forms
+FORMS = {
+    "forms": (_forms, 14),
+    "lvm": (_lvm, 6),
+    "excel": (_excel, 6),
+    "xlsm": (_xlsm, 3),
+    "xls": (_xls, 6),
+    "npy": (_npy, 6),
+    "npz": (_npz, 6),
+    "matlab": (_matlab, 6),
+    "matlab73": (_matlab73, 6),
+    "hdf5": (_hdf5, 6),
+    "tdms": (_tdms, 6),
+    "records": (_records, 6),
+    "ros1": (_ros1, 6),
+    "jpk": (cache(lambda form: curve_files.jpk(force=form > 0)), 6),
+    "igor": (_igor, 6),
+    "nanosurf": (cache(lambda form: curve_files.nanosurf(1 + form % 3)), 6),
+}
+
+
+def form_of(kind: str, form: int) -> bytes:
+    """A valid content of one of the ``FORMS``."""
+    return FORMS[kind][0](form)
 
 
 def csv_text() -> str:
@@ -156,7 +436,6 @@ def mappings() -> list[str]:
 @cache
 def fit() -> str:
     """The JSON of a fit, as far as it is read."""
-    import json
     import tomllib
 
     preset = tomllib.loads(definitions()[0])
@@ -181,8 +460,8 @@ def _content(kind: str, folder: Path, chance: random.Random, path: Path) -> tupl
     match kind:
         case "csv":
             return path, csv_text().encode()
-        case _ if kind in hostile_changes.ENDINGS:
-            return path, hostile_changes.content(kind, chance)
+        case _ if kind in FORMS:
+            return path, form_of(kind, chance.randrange(FORMS[kind][1]))
         case "parquet":
             form = (
                 chance.choice(["zstd", "snappy", "gzip", "none", "lz4", "brotli"]),
@@ -204,71 +483,3 @@ def _content(kind: str, folder: Path, chance: random.Random, path: Path) -> tupl
             ending = chance.choice(list(CALIBRATION))
             return path.with_suffix(ending), CALIBRATION[ending].encode()
     return path, chance.choice(TABLES).encode()
-
-
-def changed(kind: str, folder: Path, chance: random.Random) -> Path:
-    """A valid file of a format with changes."""
-    if kind == "bag":
-        return _changed_bag(folder, chance)
-    if kind in hostile_changes.ENDINGS:
-        path = folder / f"x{ENDINGS[kind]}"
-        path.write_bytes(hostile_changes.changed(kind, chance))
-        return path
-    path, data = _content(kind, folder, chance, folder / f"x{ENDINGS[kind]}")
-    words = {"csv": [*CELLS, *(f"\n# {card}\n" for card in CARDS)], "table": CELLS, "toml": KEYS, "json": KEYS, "mapping": KEYS + OPTIONS, "page": TAGS,
-             "calibration": KEYS + TAGS + CELLS}.get(kind)  # fmt: skip
-    if words is None or chance.random() < 0.3:
-        data = damaged_files.damaged(data, chance)
-    else:
-        data = _with_words(data.decode(), words, chance)
-    if kind in ("csv", "page", "toml", "mapping", "table", "calibration") and chance.random() < 0.05:
-        data = data.decode("utf-8", "replace").encode(
-            chance.choice(["utf-16", "utf-32", "utf-16-be", "utf-7", "cp037"]), "replace"
-        )
-    path.write_bytes(data)
-    return path
-
-
-def _with_words(text: str, words: list[str], chance: random.Random) -> bytes:
-    """Values replaced, and words inserted, removed or repeated."""
-    import re
-
-    for _ in range(chance.choice([1, 1, 2, 4])):
-        word = chance.choice(words) if chance.random() < 0.6 else chance.choice(NUMBERS)
-        if chance.random() < 0.7:  # in place of a value
-            values = list(re.finditer(r"-?\d[\d.e+-]*|\w+", text))
-            if values:
-                at = chance.choice(values)
-                text = text[: at.start()] + word + text[at.end() :]
-        else:
-            at = chance.randrange(len(text) + 1)
-            text = text[:at] + word * chance.choice([1, 1, 1, 2, 50, 1000]) + text[at + chance.choice([0, 0, 10]) :]
-    return text.encode("utf-8", "replace")
-
-
-def _changed_bag(folder: Path, chance: random.Random) -> Path:
-    storage = chance.choice(["mcap", "sqlite3"])
-    data = mcap_bytes(chance.randrange(4), folder.parent) if storage == "mcap" else database()
-    name = "bag.mcap" if storage == "mcap" else "bag.db3"
-    metadata = METADATA.format(storage=storage, name=name).encode()
-    if chance.random() < 0.5:
-        data = damaged_files.damaged(data, chance)
-    else:
-        words = [
-            *KEYS,
-            "&a",
-            "*a",
-            "<<: *a",
-            "../../x",
-            "/dev/zero",
-            "!!python/object:os.system",
-            "- " * 300,
-            "zstd",
-            "mcap",
-            "sqlite3",
-        ]
-        metadata = _with_words(metadata.decode(), words, chance)
-    made = bag(folder, storage, data, metadata)
-    if chance.random() < 0.05:
-        (made / "more.db3").symlink_to("/dev/zero")
-    return made

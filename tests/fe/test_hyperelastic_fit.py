@@ -163,26 +163,26 @@ def test_what_acts_on_the_curvature_only_has_wider_intervals():
     assert shallow.high["tissue"]["c10"] - shallow.low["tissue"]["c10"] > 2.0 * width["c10"]
 
 
-def test_intervals_contain_the_truth_of_the_closed_form():
-    hits = {"shear_modulus": 0, "contact": 0}
-    for seed in range(30):
+def test_intervals_contain_the_truth_of_the_closed_form(many):
+    hits, count = {"shear_modulus": 0, "contact": 0}, many(8, 30)
+    for seed in range(count):
         depth, force = recorded(rivlin(1000.0, 0.0), 0.3 * HEIGHT, noise=0.02, seed=seed, samples=150)
         found = fe.fit_hyperelastic(disc(fe.NeoHookean(700.0)), depth, force, bonded=False, steps=6)
         hits["shear_modulus"] += found.low["tissue"]["shear_modulus"] < 2000.0 < found.high["tissue"]["shear_modulus"]
         hits["contact"] += found.contact_low < SURFACE < found.contact_high
-    assert min(hits.values()) >= 26  # of 30; 95 % are 28.5
+    assert min(hits.values()) >= 26 / 30 * count  # 95 % are 28.5 of 30
     assert found.high["tissue"]["shear_modulus"] < 1.1 * 2000.0
 
 
-def test_intervals_of_both_constants_contain_the_truth_of_the_closed_form():
-    hits = {"c10": 0, "c01": 0}
-    for seed in range(10):
+def test_intervals_of_both_constants_contain_the_truth_of_the_closed_form(many):
+    hits, count = {"c10": 0, "c01": 0}, many(4, 10)
+    for seed in range(count):
         depth, force = recorded(rivlin(300.0, 450.0), 0.4 * HEIGHT, noise=0.02, seed=seed)
         start = disc(fe.MooneyRivlin(500.0, 500.0))
         found = fe.fit_hyperelastic(start, depth, force, bonded=False, find_c01=True, steps=6)
         for name, true in (("c10", 300.0), ("c01", 450.0)):
             hits[name] += found.low["tissue"][name] < true < found.high["tissue"][name]
-    assert min(hits.values()) >= 8  # of 10
+    assert min(hits.values()) >= 0.8 * count
 
 
 @pytest.mark.parametrize("shape", [0.5, 1.0, 2.0])
@@ -241,17 +241,17 @@ def test_small_depths_give_the_linear_answer():
     assert found.young_modulus["tissue"] == pytest.approx(9e3, rel=2e-3)
 
 
-def test_intervals_contain_the_truth_of_another_mesh_and_linear_theory_misses_it():
+def test_intervals_contain_the_truth_of_another_mesh_and_linear_theory_misses_it(many):
     deepest, true = 0.15 * RADIUS, 1500.0
     law = solved(disc(fe.NeoHookean(true), rounded(RADIUS, 2e-4), plates="bonded"), "top", 0.0, deepest)
     start, hits = disc(fe.NeoHookean(600.0), rounded(RADIUS, 5e-4), plates="bonded"), 0
-    for seed in range(12):
+    for seed in range(count := many(4, 12)):
         found = fe.fit_hyperelastic(start, *recorded(law, deepest, 0.02, seed), bonded=True, steps=6)
         hits += found.low["tissue"]["shear_modulus"] < true < found.high["tissue"]["shear_modulus"]
         assert found.materials["tissue"].shear_modulus == pytest.approx(true, rel=0.03)
         assert found.linear_young_modulus["tissue"] > 1.1 * 3.0 * found.high["tissue"]["shear_modulus"]
         assert found.linear_rmse > found.rmse
-    assert hits >= 10  # of 12; the meshes differ by half a percent
+    assert hits >= 10 / 12 * count  # the meshes differ by half a percent
 
 
 def test_a_flat_end_that_is_bonded_to_a_layer_is_found_on_another_mesh():

@@ -104,7 +104,7 @@ def test_in_a_large_block_it_is_the_half_space_and_its_shaft_that_of_a_pile():
     assert found.condensed.bonded_stiffness(12e-3) == pytest.approx(pile, rel=0.1)
 
 
-@pytest.mark.parametrize("noise", [10e-3, 30e-3])
+@pytest.mark.parametrize("noise", [10e-3, pytest.param(30e-3, marks=pytest.mark.long)])
 def test_intervals_contain_the_modulus(true, specimen, noise):
     hits, widths = 0, []
     for seed in range(8):

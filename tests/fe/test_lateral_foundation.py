@@ -49,7 +49,7 @@ def half_space():
     return tissue, path, lateral_compliance(tissue, path)
 
 
-@pytest.mark.parametrize("ratio", [300.0, 1000.0, 3000.0])
+@pytest.mark.parametrize("ratio", [pytest.param(300.0, marks=pytest.mark.long), 1000.0, 3000.0])
 def test_the_head_of_a_pile_gives_way_as_published(half_space, ratio):
     # Randolph (1981), a fit of finite elements; the mesh, as coarse as the radius, is the stiffer one
     tissue, path, compliance = half_space
@@ -221,7 +221,7 @@ def test_a_needle_needs_a_model_and_a_condensed_solid(gel):
         nf.FlexibleInsertion(MODEL, NEEDLE, lateral=20e3, tissue=gel)
 
 
-@pytest.mark.parametrize("stiffness", [1.5e-5, 1.5e-4])
+@pytest.mark.parametrize("stiffness", [1.5e-5, pytest.param(1.5e-4, marks=pytest.mark.long)])
 def test_thin_soft_layers_over_stiff_ones_have_moduli_that_grow_with_what_is_below(stiffness):
     mesh = fe.cylinder(15e-3, 30e-3, 0.5e-3, needle_depth=24e-3, growth=0.8, layers=[("a", 2e-3), ("b", 1.0)])
     path, found = fe.NeedlePath(24e-3, 1e-3, RADIUS), []

@@ -2,6 +2,7 @@
 """A new format is one file, filled in from the template, and one row: added in a copy of the package, it reads a file.
 Declarations that are not complete, or there twice, are refused with their place."""
 
+import importlib.metadata
 import json
 import shutil
 import struct
@@ -12,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from needleforce.errors import InputError
+from needleforce.errors import InputError, install_step
 from needleforce.recording.formats import template
 from needleforce.recording.formats.detect import MODULES, check_declaration, declared
 
@@ -133,3 +134,18 @@ def test_an_incomplete_or_repeated_declaration_is_refused_with_its_place(form, o
     with pytest.raises(InputError, match=f"^needle_log.py: {message}") as caught:
         check_declaration(form, others, "needle_log.py")
     assert caught.value.next_step
+
+
+def test_what_installs_a_missing_package_names_the_python_that_runs(monkeypatch):
+    """And an extra only where pip knows the needleforce that is installed; the extra is one of it."""
+    metadata = importlib.metadata.metadata("needleforce")
+    assert {form.extra for form in declared() if form.extra} <= set(metadata.get_all("Provides-Extra"))
+    monkeypatch.setattr(sys, "executable", "/a b/python")
+    assert install_step("h5py", "labs") == """Install it with '/a b/python' -m pip install "needleforce[labs]"."""
+    assert install_step("python_calamine") == "Install it with '/a b/python' -m pip install python_calamine."
+
+    def missing(name):
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "version", missing)
+    assert install_step("h5py", "labs") == "Install it with '/a b/python' -m pip install h5py."

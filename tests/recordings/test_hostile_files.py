@@ -21,13 +21,21 @@ def hostile(root):
     """The benchmark's modules."""
     sys.path.insert(0, str(root / "benchmarks"))
     try:
-        import hostile_bombs
+        import hostile_changes
         import hostile_content
         import hostile_files
 
-        yield hostile_files, hostile_content, hostile_bombs
+        yield hostile_files, hostile_content, hostile_changes
     finally:
         sys.path.remove(str(root / "benchmarks"))
+
+
+@pytest.fixture(scope="module")
+def reader(hostile):
+    """The process that reads the files of every format, one after another."""
+    process = hostile[0].Reader()
+    yield process
+    process.close()
 
 
 def limited(code: str, *arguments) -> dict:
@@ -80,15 +88,17 @@ def refusal(read: str, *arguments) -> str:
         "forms",
     ],
 )
-def test_hostile_files_of_arrays_are_read_or_refused(hostile, kind, many):
-    found, count = hostile[0].study(kind, many(15, 100), first=1_000_000), many(15, 100)
+def test_hostile_files_of_arrays_are_read_or_refused(hostile, reader, kind, many):
+    count = many(15, 100)
+    found = hostile[0].study(kind, count, first=1_000_000, reader=reader)
     assert found["failed"] == {} and found["refused"] > 0.1 * count and found["read"] + found["refused"] == count
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the memory of a process is read from /proc")
 @pytest.mark.parametrize("kind", ["csv", "parquet", "mcap", "bag", "toml", "json", "page", "calibration", "table"])
-def test_hostile_files_of_each_format_are_read_or_refused(hostile, kind, many):
-    found, count = hostile[0].study(kind, many(15, 100), first=1_000_000), many(15, 100)
+def test_hostile_files_of_each_format_are_read_or_refused(hostile, reader, kind, many):
+    count = many(15, 100)
+    found = hostile[0].study(kind, count, first=1_000_000, reader=reader)
     assert found["failed"] == {} and found["refused"] > 0.1 * count and found["read"] + found["refused"] == count
 
 

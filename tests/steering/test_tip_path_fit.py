@@ -180,7 +180,10 @@ def test_a_needle_that_does_not_reach_is_not_predicted():
 
 @pytest.mark.parametrize(
     "tissue, trained, allowed",
-    [("phantomA", (("01", "02"), ("04", "05"), ("02", "05")), 0.8), ("phantomB", (("01",), ("02",)), 1.0)],
+    [
+        pytest.param("phantomA", (("01", "02"), ("04", "05"), ("02", "05")), 0.8, marks=pytest.mark.long),
+        ("phantomB", (("01",), ("02",)), 1.0),
+    ],
 )
 def test_held_out_steered_insertions_are_predicted(recordings, tissue, trained, allowed):
     # the figures over all choices are in docs/evidence/steering.md; a straight line from the entry is off by 3 to 5 mm

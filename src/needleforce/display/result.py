@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -74,14 +75,14 @@ class Result(Printed):
         raise NotImplementedError
 
     def _page(self) -> "Page":
-        """The report; the figure has no panel for what cannot be drawn."""
+        """The report: heading, curves, table and sentences."""
         from .page import Figure, Page, section
 
-        caption = "What plot() draws. The values are in the table."
+        caption = "The values are in the table."
         figure = Figure(name="result", draw=self._draw_sheet, heights=(300.0, 260.0), caption=caption, alt=caption)
         remarks = [(title, list(sentences)) for title, sentences in self._remarks()]
         return Page(
-            title=type(self).__name__,
+            title=re.sub("(?<=[a-z])(?=[A-Z])", " ", type(self).__name__).capitalize(),
             kind="result",
             outcome=f"{self.heading()}.",
             sections=[
