@@ -19,7 +19,7 @@ HANGS_S = 600.0  # after which a command is taken to hang
 _SERVE = """
 import atexit, gc, json, os, sys, traceback
 import matplotlib.figure, pandas, scipy.optimize, typer.testing
-import needleforce.cli, needleforce.identification, needleforce.report
+import needleforce.cli, needleforce.identification.report.page
 sys.argv[0] = "-c"
 gc.freeze()
 while line := sys.stdin.readline():
