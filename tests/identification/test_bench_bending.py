@@ -161,7 +161,7 @@ def test_the_rigs_bending_test_gives_its_modulus(tmp_path, many):
         test, _ = bend_needle(np.random.default_rng(seed))
         found = needle_estimate(test.write(tmp_path), NEEDLE)
         inside += found.low <= 14.1e9 <= found.high
-    assert inside >= 0.8 * count  # each reading has a needle of its own, spread by 11 %
+    assert inside >= 0.85 * count  # each reading has a needle of its own, spread by 11 %
 
 
 def test_three_point_bending_gives_the_stiffness_and_the_slack():
