@@ -20,7 +20,8 @@ from call_path import call_path
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = re.compile(r"(<!-- figures: .*? -->\n).*?(<!-- end of figures -->)", re.S)
-# each in a process of its own: the functions that run, by the file they stand in
+# each in a process of its own: the functions that run, by the file they stand in; called once before, so that the
+# classes of modules that are imported meanwhile do not count
 RUNS = """
 import sys, pathlib
 import needleforce as nf
@@ -33,9 +34,11 @@ def profile(frame, event, argument):
     name = frame.f_code.co_filename
     if event == "call" and name.startswith(package) and frame.f_code.co_name != "<module>":
         files.add(name)
+call = {{"read": lambda: nf.read({recording!r}), "identify": lambda: nf.identify(recording),
+         "report": lambda: fit.report({report!r})}}[{call!r}]
+call()
 sys.setprofile(profile)
-{{"read": lambda: nf.read({recording!r}), "identify": lambda: nf.identify(recording),
-  "report": lambda: fit.report({report!r})}}[{call!r}]()
+call()
 sys.setprofile(None)
 print(len(files), *sorted(pathlib.Path(name).relative_to(package).as_posix() for name in files))
 """

@@ -10,15 +10,15 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 354,
-    "lines": 62_100,
-    "modules with one importer": 57,
-    "modules in the largest import circle": 36,
-    "functions with eight or more parameters": 35,
-    "files that run in `nf.read(file)`": 28,
-    "files that run in `nf.identify(recording)`": 40,
-    "stays in files on the path through `read`": 90,
-    "returns to a file on the path through `read`": 59,
+    "Python files": 341,
+    "lines": 61_800,
+    "modules with one importer": 50,
+    "modules in the largest import circle": 4,
+    "functions with eight or more parameters": 12,
+    "files that run in `nf.read(file)`": 30,
+    "files that run in `nf.identify(recording)`": 39,
+    "stays in files on the path through `read`": 54,
+    "returns to a file on the path through `read`": 34,
     "calls with six or more positional arguments": 0,
 }
 
