@@ -110,7 +110,7 @@ def test_every_keyword_is_documented(function, options):
 
 
 def test_keywords_are_checked_as_those_of_any_function(run_file):
-    for wrong in ({"speeed": 1.0}, {"path": run_file}):
+    for wrong in ({"speeds": 1.0}, {"path": run_file}):
         with pytest.raises(TypeError, match=next(iter(wrong))):
             nf.read(run_file, **wrong)
     with pytest.raises(TypeError):
