@@ -11,7 +11,6 @@ import numpy as np
 
 from ...files import open_regular, unpacked_limit
 from ..table import Table
-from . import Format
 from .arrays import Array, FileArrays, check_size, orientation, reading
 
 _FORMAT = "MATLAB"
@@ -184,7 +183,7 @@ def _described(value: np.ndarray) -> str:
     return f"{shape} cells" if value.dtype == object else f"{shape} {value.dtype.name}"
 
 
-def _is_version4(start: bytes) -> bool:
+def is_version4(start: bytes) -> bool:
     """Whether a file begins with an array of MATLAB 4: type, rows, columns, complex or not, and its name."""
     if len(start) < 24:
         return False
@@ -194,9 +193,3 @@ def _is_version4(start: bytes) -> bool:
         if digits[:2] == (machine, 0) and digits[2] <= 5 and digits[3] <= 2 and is_complex <= 1 and 1 < length <= 64:
             return bool(_VERSION4_NAME.fullmatch(start[20 : 20 + length]))
     return False
-
-
-FORMATS = (
-    Format(name="MATLAB 5", suffixes=(".mat",), starts=(b"MATLAB 5.0",), tables=tables, limited=True),
-    Format(name="MATLAB 4", suffixes=(".mat",), matches=_is_version4, tables=tables, limited=True),
-)
