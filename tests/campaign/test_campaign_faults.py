@@ -147,7 +147,7 @@ def test_recordings_without_an_insertion_are_explained(tmp_path):
 def test_only_the_recordings_of_one_condition_are_in_memory(folder, monkeypatch):
     import weakref
 
-    from needleforce.recording.recording_file import RecordingFile
+    from needleforce.recording.reader import RecordingFile
 
     read, alive, counts = RecordingFile.read, weakref.WeakSet(), []
 

@@ -101,13 +101,13 @@ def test_hdf5_and_text_that_do_not_fit(tmp_path):
 
 
 def test_a_look_and_all_recordings_without_memory(tmp_path, monkeypatch):
-    from needleforce.recording import recording_file
+    from needleforce.recording import reader
 
     def full(*_):
         raise MemoryError
 
     (tmp_path / "x.csv").write_text("time_s,depth_mm,force_N\n0,0,0\n1,1,1\n")
-    monkeypatch.setattr(recording_file, "recordings_in", full)
+    monkeypatch.setattr(reader, "recordings_in", full)
     for read in (nf.read, nf.read_all):
         with pytest.raises(nf.InputError, match=r"memory is not enough.*split the file"):
             read(tmp_path / "x.csv")

@@ -12,7 +12,7 @@ from needleforce.bench_tests.tables import read_table
 from needleforce.errors import InputError
 from needleforce.recording import read, read_all
 from needleforce.recording.options import ReadOptions
-from needleforce.recording.recording_file import open_file
+from needleforce.recording.reader import open_file
 
 NEWTON = 9.80665e-3  # of a gram-force
 

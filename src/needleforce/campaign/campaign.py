@@ -17,7 +17,7 @@ from ..identification import Estimate, Fit, RecordingFit, identify
 from ..recording import Recording
 from ..recording.mappings import IN_FOLDER
 from ..recording.options import FileOptions, ReadOptions, keywords_of
-from ..recording.recording_file import RecordingFile, open_file
+from ..recording.reader import RecordingFile, open_file
 from ..segmentation.strokes import cycles
 from ..vocabulary import Status
 from .checks import check_repeats, moving_repeats, outliers, wrong_labels

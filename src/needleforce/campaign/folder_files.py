@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..files import file_name
 from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
 from ..recording.options import ReadOptions
-from ..recording.recording_file import chosen_parts
+from ..recording.reader import chosen_parts
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 

@@ -14,7 +14,7 @@ from .output import progress, say
 if TYPE_CHECKING:
     from ..campaign import Anomaly
     from ..recording import Recording
-    from ..recording.recording_file import RecordingFile
+    from ..recording.reader import RecordingFile
 
 PRESET_HELP = "Model: name of a preset, a preset file (TOML), or the JSON of a fit."
 NEEDLE_HELP = "Needle: name of a preset, a preset or needle file (TOML), or the JSON of a fit."
@@ -27,7 +27,7 @@ ReadFiles = list[tuple[Path, "Recording | InputError"]]
 
 def read_all(files: Sequence[Path], reading: ReadOptions, motion: Sequence[Path] = ()) -> ReadFiles:
     """(file, Recording or InputError) for each file, in order; ``motion`` has one file for each, or none."""
-    from ..recording.recording_file import open_file
+    from ..recording.reader import open_file
 
     motions = list(motion) or [reading.motion] * len(files)
     if len(motions) != len(files):

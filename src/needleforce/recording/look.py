@@ -22,8 +22,8 @@ from .motion_source import MotionSource
 from .options import ReadOptions, flags
 from .parts import Part, asked, chosen_part, fitting_parts, recordings_in
 from .quantities import MAIN
+from .reader import RecordingFile
 from .recording import Recording
-from .recording_file import RecordingFile
 from .roles import of_main, stated_unit
 from .stream import read_stream
 from .table import Table

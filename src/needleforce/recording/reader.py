@@ -1,20 +1,39 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``read`` and ``read_all``: from files to recordings."""
+"""``read`` and ``read_all``: a file is opened and its recordings are found; each, or a cycle of it, is read from its
+table."""
 
 import os
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ..errors import InputError
 from ..files import enough_memory
-from .card import Preamble
+from .assumed_motion import AssumedMotion
+from .card import Preamble, check_filter_length
+from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, fitting, spans_of_rows, with_note
+from .force_signal import glitch_notes, remove_bias
 from .formats.detect import format_of, tables_of
+from .joining import INWARDS, join, put_motion, put_signs, settle_motion
+from .mappings import completed
 from .options import ReadOptions, keywords_of
-from .recording import Recording
-from .recording_file import open_file
+from .parts import Part, asked, chosen_part, fitting_parts, recordings_in
+from .quantities import AXES
+from .recording import Note, Recording
+from .roles import of_main
+from .samples import timing_notes
+from .stream import Stream, read_stream
 
 if TYPE_CHECKING:
     from .look import Look
+    from .motion_source import MotionSource
+
+TESTS = ("insertion", "indentation")
+WithCycles = tuple[Recording, tuple[CycleSpan, ...]]
+"""A recording with its cycles, or those of the one that a cycle was taken from."""
 
 
 @keywords_of(ReadOptions)
@@ -81,6 +100,221 @@ def read_all(path: str | os.PathLike, options: ReadOptions) -> "list[Recording |
     if options.dry_run:
         return [read_file(path, replace(options, part=part)) for part in chosen]
     return [opened.read(part)[0] for part in chosen]
+
+
+def open_file(path: str | os.PathLike, options: ReadOptions) -> "RecordingFile":
+    """Open a file, and find its recordings. Raises InputError as ``read``."""
+    path = Path(path)
+    options, sentence = completed(path, options)
+    _check(options)
+    with enough_memory(path):
+        parts = [] if format_of(path).log else recordings_in(path, options.columns)
+    return RecordingFile(path=path, options=options, sentence=sentence, parts=parts)
+
+
+def _check(options: ReadOptions) -> None:
+    if options.inwards is not None and options.inwards not in INWARDS:
+        known = "known are increasing and decreasing"
+        raise InputError("inwards", repr(options.inwards), known, next_step="Give one of these.")
+    if options.test not in TESTS:
+        known = f"known are {' and '.join(TESTS)}"
+        raise InputError("test", repr(options.test), known, next_step="Give one of these.")
+    check_filter_length(options.filter_length)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RecordingFile:
+    """A file, and what is in it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    options : ReadOptions
+        The options of ``read``, completed by a mapping.
+    sentence : str
+        That the mapping is used; empty without one.
+    parts : sequence of Part
+        Its recordings; none of a log, which has one and no tables.
+    """
+
+    path: Path
+    options: ReadOptions
+    sentence: str
+    parts: Sequence[Part]
+    _whole: dict[str | int | None, WithCycles] = field(default_factory=dict)  # of which a cycle was read last
+
+    def read(self, wanted: str | int | None) -> WithCycles:
+        """The recording, or the cycle, with this ``part`` of ``read``. Raises InputError as ``read``."""
+        _check(self.options)
+        with enough_memory(self.path):
+            recording, spans = self._read(wanted)
+        if self.sentence:
+            assumptions = (self.sentence, *recording.card.assumptions)
+            recording = replace(recording, card=replace(recording.card, assumptions=assumptions))
+        return recording, spans
+
+    def _read(self, wanted: str | int | None) -> WithCycles:
+        part, cycle = asked(wanted, [each.name for each in self.parts])
+        whole = self._whole.get(part) if cycle else None
+        if whole is None:
+            self._whole.clear()  # of a long recording there is one at a time in memory
+            whole = _read_whole(self.path, self.parts, replace(self.options, part=part))
+            self._whole.update({part: whole} if cycle else {})
+        if cycle.isdecimal() and len(whole[1]) < MIN_CYCLES:  # then it is the number of a recording
+            whole, cycle = _read_whole(self.path, self.parts, replace(self.options, part=wanted)), ""
+        return chosen_cycle(*whole, cycle, str(self.path)) if cycle else with_note(*whole), whole[1]
+
+    def chosen(self) -> list[tuple[str | int | None, str]]:
+        """The ``part`` of ``read`` and the name of each recording that ``options.part`` stands for.
+
+        The part of the only recording of a file is None. Raises InputError if none fits.
+        """
+        text = _pattern(self.options)
+        if text is None:
+            return [(self.options.part, str(self.options.part).strip())]
+        names = [each.name for each in self.parts] or [""]
+        pattern, cycle = asked(text, names)
+        if not cycle:
+            return self._fitting(names, text)
+        found = []
+        for part, name in self._fitting(names, str(pattern or "*")):
+            spans = fitting(self.read(part)[1], cycle, str(self.path))
+            cycles = [f"{name}: {span.name}" if name else span.name for span in spans]
+            found += [(each, each) for each in cycles]
+        return found
+
+    def _fitting(self, names: Sequence[str], pattern: str) -> list[tuple[str | int | None, str]]:
+        """Those of the recordings whose name fits a pattern."""
+        numbers = fitting_parts(names, pattern, str(self.path))
+        return [(number if len(names) > 1 else None, names[number - 1]) for number in numbers]
+
+
+def _read_whole(path: Path, parts: Sequence[Part], options: ReadOptions) -> WithCycles:
+    """The recording with its cycles: those that a column counts, or those in the motion."""
+    assumed = AssumedMotion(
+        rate=options.rate,
+        speed=options.speed,
+        step=options.step,
+        stroke=options.stroke,
+        hold=options.hold,
+        start=options.motion_shift,
+        counted=options.test == "indentation",
+    )
+    if not parts:
+        recording = _read_log(path, options, assumed)
+        return recording, cycle_spans(recording)
+    chosen, first_row = chosen_part(parts, options.part, path), options.first_row
+    recording, rows = _read_part(path, chosen, options, assumed)
+    if chosen.name:
+        recording = replace(recording, card=replace(recording.card, part=chosen.name))
+    skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)
+    return recording, spans_of_rows(chosen.cycles, rows + skipped) or cycle_spans(recording)
+
+
+def _read_log(path: Path, options: ReadOptions, assumed: AssumedMotion) -> Recording:
+    """The recording of a log, which has one and no tables."""
+    if options.motion_part is not None and options.motion is None:
+        step = "Choose the motion with --column depth=TOPIC:JOINT, or give a file with --motion."
+        raise InputError("motion part", options.motion_part, "a log has no tables", str(path), step)
+    if options.part is not None:
+        raise InputError("part", repr(str(options.part)[:60]), "a log has one recording", str(path), "Leave it out.")
+    from .log.to_recording import read_recording
+
+    return read_recording(path, options, assumed)
+
+
+def _read_part(path: Path, chosen: Part, options: ReadOptions, assumed: AssumedMotion) -> tuple[Recording, np.ndarray]:
+    """The recording of a part of a file, and the row of each sample; an error names the part."""
+    try:
+        part = chosen if options.first_row is None else chosen.from_row(options.first_row)
+        return recording_from_table(part, options, assumed)
+    except InputError as error:
+        from .motion_source import OF_MOTION, motion_advice
+
+        error = motion_advice(error, path, chosen, options.columns)
+        if not chosen.name or chosen.name in error.place or error.quantity.startswith(OF_MOTION):
+            raise error from None
+        place = f"{error.place}, {chosen.name}"
+        raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None
+
+
+def recording_from_table(
+    part: Part,
+    options: ReadOptions,
+    assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
+) -> tuple[Recording, np.ndarray]:
+    """Read one table, also the row of each sample; ``options.columns`` are those of a motion in another table."""
+    table, units = part.table, options.units
+    preamble = Preamble(table.comments, str(table.path))
+    source = _motion_source(table.path, preamble, options)
+    wanted = ("time", "force", *AXES) if source else ("time", "force", "depth", "velocity", *AXES)
+    within = assumed.without_motion(bool(source))
+    main = read_stream(table, part.roles, wanted, of_main(units), assumed=within)
+    direction, start = INWARDS[options.inwards or "increasing"], options.start_depth
+    if source:
+        main.notes += [Note("unused", assumed.unused_with_motion())] if assumed.unused_with_motion() else []
+        join(main, source, table=table, start_depth=start, columns=options.columns, units=units, inwards=direction)
+    elif main.motion:
+        put_motion(main, main.motion, start, preamble, direction)
+        main.assumptions += main.motion.assumptions
+    else:
+        settle_motion(main, start, preamble, direction)
+    if not preamble.has_signs:
+        put_signs(main, options.inwards, units)
+    if options.baseline:
+        remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
+    main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
+    rows = main.values.pop("row")
+    return _recording(main, preamble, options.filter_length), rows
+
+
+def _motion_source(path: Path, preamble: Preamble, options: ReadOptions) -> "MotionSource | None":
+    """Where the motion is, None if it is in the table of the force."""
+    motion, part, shift = options.motion, options.motion_part, options.motion_shift
+    given = motion is not None or part is not None
+    named = None if given else _motion_of_card(path, preamble)
+    if not given and named is None:
+        return None
+    from .motion_source import MotionSource
+
+    if motion is not None:
+        return MotionSource(path=Path(motion), part=part, shift=shift)
+    if part is not None:
+        return MotionSource(path=path, part=part, same_file=True, shift=shift)
+    return MotionSource(path=named, shift=shift)
+
+
+def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
+    """The motion file that the card names, which must be in the same folder."""
+    name = preamble.text("motion")
+    if not name:
+        return None
+    filename = Path(name).name
+    if not filename or filename == ".." or "\0" in filename:
+        raise preamble.refusal("motion", "the name of a file in the same folder is needed")
+    return path.with_name(filename)
+
+
+def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
+    values = dict(stream.values)
+    main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
+    notes = dict.fromkeys([*preamble.notes(), *stream.notes])
+    card = preamble.card(stream.place, stream.sha256, filter_length, stream.assumptions)
+    return Recording(**main, axes=values, card=card, notes=tuple(notes))
+
+
+def chosen_parts(path: Path, options: ReadOptions) -> list[tuple[str | int | None, str]]:
+    """As ``RecordingFile.chosen``; a file of which one is named is not opened."""
+    return (
+        [(options.part, str(options.part).strip())] if _pattern(options) is None else open_file(path, options).chosen()
+    )
+
+
+def _pattern(options: ReadOptions) -> str | None:
+    """The pattern that stands for several recordings, None for the name or number of one."""
+    text = "all" if options.part is None else str(options.part).strip()
+    return text if text.casefold() == "all" or "*" in text else None
 
 
 def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:

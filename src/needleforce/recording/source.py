@@ -10,9 +10,8 @@ import numpy as np
 from ..errors import InputError
 from .options import ReadOptions
 from .parts import part_of
-from .reader import read
+from .reader import read, recording_from_table
 from .recording import Recording
-from .recording_file import recording_from_table
 from .table import named_columns
 
 RecordingSource: TypeAlias = Any
