@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
 from ..errors import InputError
-from ..files import csv_original, file_name, read_text
-from ..recording.reader import card_texts
+from ..files import csv_original, enough_memory, file_name, read_text
+from ..recording.card import Preamble
+from ..recording.formats.detect import format_of, tables_of
 from .field_inference import infer_fields
 from .folder_files import File
 
@@ -266,9 +267,21 @@ def _label(file: File, form: NamePattern | None, row: dict[str, str] | None, map
 def _of_card(file: File) -> dict[str, str]:
     """The fields of the card in the file; empty if it cannot be read, which is reported when the file is read."""
     try:
-        return card_texts(file.path, _CARD)
+        return _card_entries(file.path)
     except (InputError, OSError):
         return {}
+
+
+def _card_entries(path: Path) -> dict[str, str]:
+    """Those of the entries in the card of a file of any format that are fields."""
+    if format_of(path).log:
+        from ..recording.log.reader import card_and_end
+
+        card = card_and_end(path)[0] if path.is_file() else {}  # the folder of a bag has no card
+        return {key: card[key] for key in _CARD if card.get(key)}
+    with enough_memory(path):
+        preamble = Preamble(tables_of(path)[0].comments, str(path))
+    return {key: preamble.text(key) for key in _CARD if preamble.text(key)}
 
 
 def _order(label: Label, repeats: Collection[str]) -> tuple:

@@ -5,7 +5,7 @@ it."""
 import os
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,16 +13,12 @@ import numpy as np
 
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
-from ..files import open_regular
 from .assumed_motion import AssumedMotion
 from .cycles import CycleSpan
-from .formats.detect import ROS2_BAG, format_of
-from .mappings import completed
 from .motion_source import MotionSource
 from .options import ReadOptions, flags
-from .parts import Part, asked, chosen_part, fitting_parts, recordings_in
+from .parts import Part
 from .quantities import MAIN
-from .reader import RecordingFile
 from .recording import Recording
 from .roles import of_main, stated_unit
 from .stream import read_stream
@@ -52,6 +48,11 @@ class ColumnLook:
         values = (self.first, self.last, self.smallest, self.largest)
         shown = ["" if np.isnan(value) else f"{value:.6g}" for value in values]
         return (str(number), self.header, self.unit, self.quantity, *shown)
+
+
+def used_quantities(options: ReadOptions) -> tuple[str, ...]:
+    """The quantities that are read from the table of the force."""
+    return MAIN if options.motion is None and options.motion_part is None else _OF_FORCE
 
 
 def column_looks(part: Part, used: Sequence[str] = MAIN) -> tuple[ColumnLook, ...]:
@@ -214,71 +215,6 @@ def option_words(options: ReadOptions) -> list[str]:
             texts = [] if value is None else [os.fspath(value)]
         words += [word for text in texts for word in (flag.word, shlex.quote(text))]
     return words
-
-
-def look(path: str | os.PathLike, given: ReadOptions) -> Look:
-    """Look at a file.
-
-    A file that cannot be read as a recording is no error: ``problem`` states why. Raises InputError for one that is
-    absent.
-
-    Parameters
-    ----------
-    path : str or os.PathLike
-        The file.
-    given : ReadOptions
-        The options of ``read`` that were given.
-
-    Returns
-    -------
-    Look
-    """
-    options, sentence = completed(Path(path), given)
-    parts: Sequence[Part] = ()
-    problem, recording, shown, cycles = "", None, None, ()
-    form = format_of(Path(path))
-    if form != ROS2_BAG:
-        open_regular(Path(path)).close()
-    try:
-        parts = () if form.log else recordings_in(Path(path), options.columns)
-        names = [part.name for part in parts]
-        wanted, cycle = _one_of(*asked(options.part, names), names, str(path))
-        shown = _shown(parts, wanted, Path(path))
-        named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
-        opened = RecordingFile(path=Path(path), options=options, sentence=sentence, parts=parts)
-        recording, cycles = opened.read(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
-    except InputError as error:
-        problem = str(error)
-        shown = shown or (parts[0] if parts else None)
-    if len(parts) > 1 and given.part is None and recording is not None:
-        given = replace(given, part=shown.name)
-    moved = options.motion is not None or options.motion_part is not None
-    return Look(
-        path=os.fspath(path),
-        format=form.name,
-        parts=tuple(part.name for part in parts) or ("",),
-        part=shown.name if shown else "",
-        columns=() if shown is None else column_looks(shown, [q for q in MAIN if not moved or q in _OF_FORCE]),
-        recording=recording,
-        problem=problem,
-        given=given,
-        options=options,
-        cycles=cycles,
-        motion=motion_look(Path(path), shown, options),
-    )
-
-
-def _one_of(part: str | int | None, cycle: str, names: Sequence[str], place: str) -> tuple[str | int | None, str]:
-    """A recording and a cycle as they are named, the first of what stands for several. Raises InputError if a pattern
-    fits none."""
-    if isinstance(part, str) and (part.strip().casefold() == "all" or "*" in part):
-        part = fitting_parts(names, part.strip(), place)[0] if names else None
-    return part, "" if "*" in cycle else cycle
-
-
-def _shown(parts: Sequence[Part], wanted: Any, path: Path) -> Part | None:
-    """The part that was chosen, or the first."""
-    return chosen_part(parts, wanted, path) if parts and wanted is not None else next(iter(parts), None)
 
 
 def motion_look(path: Path, main: Part | None, options: ReadOptions) -> MotionLook | None:

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InputError
-from ..files import enough_memory
+from ..files import enough_memory, open_regular
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
 from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, fitting, spans_of_rows, with_note
 from .force_signal import glitch_notes, remove_bias
-from .formats.detect import format_of, tables_of
+from .formats.detect import ROS2_BAG, format_of
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
 from .mappings import completed
 from .options import ReadOptions, keywords_of
@@ -68,10 +68,8 @@ def read_file(path: str | os.PathLike, options: ReadOptions) -> "Recording | Loo
     """As ``read``, with the options as one value."""
     if not options.dry_run:
         return open_file(path, options).read(options.part)[0]
-    from .look import look
-
     with enough_memory(path):
-        return look(path, options)
+        return _look(Path(path), options)
 
 
 @keywords_of(ReadOptions)
@@ -202,7 +200,9 @@ def _read_whole(path: Path, parts: Sequence[Part], options: ReadOptions) -> With
         counted=options.test == "indentation",
     )
     if not parts:
-        recording = _read_log(path, options, assumed)
+        from .log.to_recording import read_recording
+
+        recording = read_recording(path, options, assumed)
         return recording, cycle_spans(recording)
     chosen, first_row = chosen_part(parts, options.part, path), options.first_row
     recording, rows = _read_part(path, chosen, options, assumed)
@@ -210,18 +210,6 @@ def _read_whole(path: Path, parts: Sequence[Part], options: ReadOptions) -> With
         recording = replace(recording, card=replace(recording.card, part=chosen.name))
     skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)
     return recording, spans_of_rows(chosen.cycles, rows + skipped) or cycle_spans(recording)
-
-
-def _read_log(path: Path, options: ReadOptions, assumed: AssumedMotion) -> Recording:
-    """The recording of a log, which has one and no tables."""
-    if options.motion_part is not None and options.motion is None:
-        step = "Choose the motion with --column depth=TOPIC:JOINT, or give a file with --motion."
-        raise InputError("motion part", options.motion_part, "a log has no tables", str(path), step)
-    if options.part is not None:
-        raise InputError("part", repr(str(options.part)[:60]), "a log has one recording", str(path), "Leave it out.")
-    from .log.to_recording import read_recording
-
-    return read_recording(path, options, assumed)
 
 
 def _read_part(path: Path, chosen: Part, options: ReadOptions, assumed: AssumedMotion) -> tuple[Recording, np.ndarray]:
@@ -273,7 +261,7 @@ def _motion_source(path: Path, preamble: Preamble, options: ReadOptions) -> "Mot
     """Where the motion is, None if it is in the table of the force."""
     motion, part, shift = options.motion, options.motion_part, options.motion_shift
     given = motion is not None or part is not None
-    named = None if given else _motion_of_card(path, preamble)
+    named = None if given else preamble.motion_file(path)
     if not given and named is None:
         return None
     from .motion_source import MotionSource
@@ -283,17 +271,6 @@ def _motion_source(path: Path, preamble: Preamble, options: ReadOptions) -> "Mot
     if part is not None:
         return MotionSource(path=path, part=part, same_file=True, shift=shift)
     return MotionSource(path=named, shift=shift)
-
-
-def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
-    """The motion file that the card names, which must be in the same folder."""
-    name = preamble.text("motion")
-    if not name:
-        return None
-    filename = Path(name).name
-    if not filename or filename == ".." or "\0" in filename:
-        raise preamble.refusal("motion", "the name of a file in the same folder is needed")
-    return path.with_name(filename)
 
 
 def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
@@ -317,13 +294,48 @@ def _pattern(options: ReadOptions) -> str | None:
     return text if text.casefold() == "all" or "*" in text else None
 
 
-def card_texts(path: Path, keys: tuple[str, ...]) -> dict[str, str]:
-    """The entries with these ``keys`` in the card of a file of any format. Raises InputError if it cannot be read."""
-    if format_of(path).log:
-        from .log.reader import card_and_end
+def _look(path: Path, given: ReadOptions) -> "Look":
+    """Look at a file. One that cannot be read as a recording is no error: ``problem`` states why. Raises InputError for
+    one that is absent."""
+    from .look import Look, column_looks, motion_look, used_quantities
 
-        card = card_and_end(path)[0] if path.is_file() else {}  # the folder of a bag has no card
-        return {key: card[key] for key in keys if card.get(key)}
-    with enough_memory(path):
-        preamble = Preamble(tables_of(path)[0].comments, str(path))
-    return {key: preamble.text(key) for key in keys if preamble.text(key)}
+    options, sentence = completed(path, given)
+    parts: Sequence[Part] = ()
+    problem, recording, shown, cycles = "", None, None, ()
+    form = format_of(path)
+    if form != ROS2_BAG:
+        open_regular(path).close()
+    try:
+        parts = () if form.log else recordings_in(path, options.columns)
+        names = [part.name for part in parts]
+        wanted, cycle = _one_of(*asked(options.part, names), names, str(path))
+        shown = chosen_part(parts, wanted, path) if parts and wanted is not None else next(iter(parts), None)
+        named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
+        opened = RecordingFile(path=path, options=options, sentence=sentence, parts=parts)
+        recording, cycles = opened.read(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
+    except InputError as error:
+        problem = str(error)
+        shown = shown or (parts[0] if parts else None)
+    if len(parts) > 1 and given.part is None and recording is not None:
+        given = replace(given, part=shown.name)
+    return Look(
+        path=os.fspath(path),
+        format=form.name,
+        parts=tuple(part.name for part in parts) or ("",),
+        part=shown.name if shown else "",
+        columns=() if shown is None else column_looks(shown, used_quantities(options)),
+        recording=recording,
+        problem=problem,
+        given=given,
+        options=options,
+        cycles=cycles,
+        motion=motion_look(path, shown, options),
+    )
+
+
+def _one_of(part: str | int | None, cycle: str, names: Sequence[str], place: str) -> tuple[str | int | None, str]:
+    """A recording and a cycle as they are named, the first of what stands for several. Raises InputError if a pattern
+    fits none."""
+    if isinstance(part, str) and (part.strip().casefold() == "all" or "*" in part):
+        part = fitting_parts(names, part.strip(), place)[0] if names else None
+    return part, "" if "*" in cycle else cycle

@@ -2,7 +2,6 @@
 """From a log to a recording: messages on one clock, faulty wrenches left out, bias removed, losses reported."""
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -160,11 +159,12 @@ def _six(facts: Mapping) -> list[float] | None:
     return list(map(float, bias)) if valid and all(abs(each) < _MAX_FORCE for each in bias) else None
 
 
-def read_recording(path: str | os.PathLike, options: ReadOptions, assumed: AssumedMotion) -> Recording:
+def read_recording(path: Path, options: ReadOptions, assumed: AssumedMotion) -> Recording:
     """Read a recording from an MCAP file or the folder of a ROS 2 bag; the checked options are those of ``nf.read``.
 
     Time zero is the first wrench. Raises InputError if the file cannot be read as a recording.
     """
+    _check_tables(path, options)
     columns, units = dict(options.columns or {}), dict(options.units or {})
     _check(columns)
     log = read_log(path, columns)
@@ -200,6 +200,15 @@ def read_recording(path: str | os.PathLike, options: ReadOptions, assumed: Assum
         remove_bias(stream, already_noted=any(note.kind == "baseline" for note in _notes(log.card)))
     stream.notes += timing_notes(stream.values["time"]) + glitch_notes(stream.values["time"], stream.values["force"])
     return _recording(stream, log.card, options.filter_length)
+
+
+def _check_tables(path: Path, options: ReadOptions) -> None:
+    """Raise InputError for an option that chooses a table."""
+    if options.motion_part is not None and options.motion is None:
+        step = "Choose the motion with --column depth=TOPIC:JOINT, or give a file with --motion."
+        raise InputError("motion part", options.motion_part, "a log has no tables", str(path), step)
+    if options.part is not None:
+        raise InputError("part", repr(str(options.part)[:60]), "a log has one recording", str(path), "Leave it out.")
 
 
 def _check(columns: Mapping[str, str]) -> None:
