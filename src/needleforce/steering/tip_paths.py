@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..checks import finite_array
 from ..errors import InputError
 
 ENTRY = 6e-3  # [m] of travel that count as the entry
@@ -54,9 +55,7 @@ class TipPath:
             if np.shape(values) != shape:
                 got, step = f"shape {np.shape(values)}", "Give a row a step."
                 raise InputError(f"{quantity} of {self.name}", got, f"must be {shape}", next_step=step)
-            if not np.all(np.isfinite(values)):
-                step = "Leave out rows without a reading."
-                raise InputError(f"{quantity} of {self.name}", "not finite", "must be numbers", next_step=step)
+            finite_array(f"{quantity} of {self.name}", values, "Leave out rows without a reading.")
 
     def __len__(self) -> int:
         return len(self.base)

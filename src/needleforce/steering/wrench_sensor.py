@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import above_zero
 from ..errors import InputError
 
 _NO_TURN = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -69,11 +70,8 @@ class WrenchSensor:
             limit = "must be perpendicular unit vectors"
             raise InputError("axes of the sensor", axes.tolist(), limit, next_step="Give the rows of a rotation.")
         for quantity in ("force_noise", "moment_noise"):
-            if not (np.isfinite(getattr(self, quantity)) and getattr(self, quantity) > 0.0):
-                step = "Give a standard deviation in N or N m."
-                raise InputError(
-                    f"{quantity} of the sensor", getattr(self, quantity), "must be above 0", next_step=step
-                )
+            step = "Give a standard deviation in N or N m."
+            above_zero(f"{quantity} of the sensor", getattr(self, quantity), next_step=step)
 
     def readings(self, wrench: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
         """What the sensor reads.
