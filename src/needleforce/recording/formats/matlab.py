@@ -14,13 +14,11 @@ import numpy as np
 
 from ...files import open_regular, unpacked_limit
 from ..table import Table
-from . import Format
 from .arrays import Array, FileArrays, check_size, orientation, reading
 
 _FORMAT = "MATLAB"
 _MAX_DEPTH = 16  # structs within each other
 _VERSION4_NAME = re.compile(rb"[A-Za-z]\w*\0")
-_VERSION5 = b"MATLAB 5.0"
 _HEAD_BYTES, _TAG_BYTES = 128, 8  # of a file of MATLAB 5, of an element
 _MATRIX, _COMPRESSED, _OPAQUE = 14, 15, 17  # types of elements, and the class of arrays without a shape
 _FLAGS = [6, 8]  # type and size of an array's first element
@@ -55,7 +53,7 @@ def _check_elements(file: BinaryIO, path: Path) -> None:
     """Raise ValueError where the elements of a MATLAB 5 file contradict each other: scipy skips some of their tags."""
     head, whole = file.read(_HEAD_BYTES), os.fstat(file.fileno()).st_size
     order = "<" if head[126:] == b"IM" else ">"
-    while head.startswith(_VERSION5) and whole - file.tell() >= _TAG_BYTES:
+    while head.startswith(b"MATLAB 5.0") and whole - file.tell() >= _TAG_BYTES:
         kind, size = struct.unpack(f"{order}2I", file.read(_TAG_BYTES))
         if file.tell() + size > whole:
             raise ValueError("an array ends beyond the file")
@@ -237,7 +235,7 @@ def _described(value: np.ndarray) -> str:
     return f"{shape} cells" if value.dtype == object else f"{shape} {value.dtype.name}"
 
 
-def _is_version4(start: bytes) -> bool:
+def is_version4(start: bytes) -> bool:
     """Whether a file begins with an array of MATLAB 4: type, rows, columns, complex or not, and its name."""
     if len(start) < 24:
         return False
@@ -247,9 +245,3 @@ def _is_version4(start: bytes) -> bool:
         if digits[:2] == (machine, 0) and digits[2] <= 5 and digits[3] <= 2 and is_complex <= 1 and 1 < length <= 64:
             return bool(_VERSION4_NAME.fullmatch(start[20 : 20 + length]))
     return False
-
-
-FORMATS = (
-    Format(name="MATLAB 5", suffixes=(".mat",), starts=(_VERSION5,), tables=tables, limited=True),
-    Format(name="MATLAB 4", suffixes=(".mat",), matches=_is_version4, tables=tables, limited=True),
-)
