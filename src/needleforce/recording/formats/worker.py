@@ -42,7 +42,7 @@ _START = f"import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {__name
 
 
 def tables_by_worker(form: Format, path: Path) -> list[Table]:
-    """The tables of a file that ``form.tables`` gives in the other process.
+    """The tables of a file that the module of its format gives in the other process.
 
     Raises InputError as it does, and for a file with which the process ends, or takes too much time or memory;
     ImportError without the package of the format.
@@ -50,9 +50,9 @@ def tables_by_worker(form: Format, path: Path) -> list[Table]:
     if form.package and find_spec(form.package) is None:
         raise ImportError(name=form.package)
     if not sys.executable:  # within a program that cannot start a second Python
-        return form.tables(path)
+        return import_module(form.module, __package__).tables(path)
     path = Path(os.path.abspath(path))
-    request = {"module": form.tables.__module__, "function": form.tables.__name__, "bytes_per_s": form.bytes_per_s}
+    request = {"module": form.module, "bytes_per_s": form.bytes_per_s}
     answer, _ = _worker.ask(path, form.name, request)
     return [_table(path, form.name, request | {"table": number}, each) for number, each in enumerate(answer["tables"])]
 
@@ -214,11 +214,11 @@ def _answer(request: dict, opened: tuple[Any, list[Table]], answers: BinaryIO) -
     path = Path(os.fsdecode(request["path"].encode("utf-8", "surrogateescape")))
     try:
         state = os.stat(path)
-        key = request["module"], request["function"], path, state.st_ino, state.st_size, state.st_mtime_ns
+        key = request["module"], path, state.st_ino, state.st_size, state.st_mtime_ns
         with enough_memory(path):
             if not {"column", "texts"} & request.keys() or opened[0] != key:
                 opened = (None, [])
-                opened = key, getattr(import_module(request["module"]), request["function"])(path)
+                opened = key, import_module(request["module"], __package__).tables(path)
             if "column" in request:
                 _send(answers, {}, _column(opened[1][request["table"]], request["column"], request["first"]))
             elif "texts" in request:
