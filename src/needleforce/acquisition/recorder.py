@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..wire.axis_lines import AxisState
-from ..wire.rdt import is_fault, status_words
+from ..wire.net_ft import is_fault, status_words
 from .axis_check import MAX_DEVIATION_M, POSITION_TOLERANCE_M, REST_WINDOW_S, check_declared
 from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run import POLL_INTERVAL_S, Run

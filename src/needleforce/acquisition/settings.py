@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ..errors import InputError
 from ..recording.card import check_filter_length
 from ..wire.axis_lines import MAX_SILENCE_S
-from ..wire.rdt import AXES
+from ..wire.net_ft import AXES
 from .axis_check import StopReport
 from .motion_sequence import EndReason
 

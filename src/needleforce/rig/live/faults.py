@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
-from ...wire.rdt import RECORD_SIZE
+from ...wire.net_ft import RECORD_SIZE
 from ..run import FORCE_RATE_HZ
 
 

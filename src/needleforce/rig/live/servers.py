@@ -14,8 +14,7 @@ from contextlib import suppress
 from ...errors import InputError
 from ...models.model import Model
 from ...wire.axis_lines import MAX_LINE_LENGTH, Answer, answer_line, state_line
-from ...wire.rdt import Command
-from ...wire.sensor_configuration import PAGE, SensorConfiguration
+from ...wire.net_ft import PAGE, Command, SensorConfiguration
 from ..sensor import Sensor
 from .simulated import LiveTruth, SimulatedRig
 
