@@ -4,7 +4,7 @@
 From the first function the calls are followed in the order in which they are written, arguments before the call that
 takes them, each function where it is called first. A *stay* begins wherever the path enters another file; it is a
 *return* if the path was in that file before. A call is followed where its name is defined in the file or imported, also
-inside a function; methods of a value are not.
+inside a function; a method where the class of its value is annotated: of a parameter, or of what a function returns.
 """
 
 import ast
@@ -43,23 +43,56 @@ class _Package:
 
     def target(self, caller: FunctionKey, call: ast.Call) -> FunctionKey | None:
         """The function of the package that a call means, None if it is another or unknown."""
-        module, called = caller[0], call.func
+        called = call.func
         if isinstance(called, ast.Name):
-            return self._defined(*self.names[module].get(called.id, ("", "")))
-        if not isinstance(called, ast.Attribute) or not isinstance(called.value, ast.Name):
+            return self._defined(*self.names[caller[0]].get(called.id, ("", "")))
+        if not isinstance(called, ast.Attribute):
             return None
-        if called.value.id in ("self", "cls"):
-            return self._defined(module, f"{caller[1].partition('.')[0]}.{called.attr}")
-        owner, name = self.names[module].get(called.value.id, ("", ""))
-        return self._defined(owner, f"{name}.{called.attr}" if name else called.attr)
+        if isinstance(called.value, ast.Name) and called.value.id in self.names[caller[0]]:
+            owner, name = self.names[caller[0]][called.value.id]
+            return self._defined(owner, f"{name}.{called.attr}" if name else called.attr)
+        owner, name = self._class_of(caller, called.value)
+        return self._defined(owner, f"{name}.{called.attr}")
 
-    def _defined(self, module: str, name: str) -> FunctionKey | None:
-        while (module, name) not in self.functions:  # handed on by another module
-            further = self.names.get(module, {}).get(name)
-            if further is None or further == (module, name):
-                return None
+    def _class_of(self, caller: FunctionKey, value: ast.expr) -> FunctionKey:
+        """The module and the name of the class of a value, empty if it is not known."""
+        function = self.functions[caller]
+        if isinstance(value, ast.Call):
+            made = value.func.id if isinstance(value.func, ast.Name) else ""
+            target = self.target(caller, value)
+            returned = self._annotated(target[0], self.functions[target].returns) if target else ("", "")
+            return returned if target else self._handed_on(*self.names[caller[0]].get(made, ("", "")))
+        if not isinstance(value, ast.Name):
+            return "", ""
+        if value.id in ("self", "cls"):
+            return caller[0], caller[1].partition(".")[0]
+        for argument in (*function.args.args, *function.args.kwonlyargs):
+            if argument.arg == value.id:
+                return self._annotated(caller[0], argument.annotation)
+        for node in ast.walk(function):
+            targets = node.targets if isinstance(node, ast.Assign) else []
+            if any(isinstance(each, ast.Name) and each.id == value.id for each in targets):
+                return ("", "") if isinstance(node.value, ast.Name) else self._class_of(caller, node.value)
+        return "", ""
+
+    def _annotated(self, module: str, annotation: ast.expr | None) -> FunctionKey:
+        """The class that an annotation names, if it names one alone."""
+        if isinstance(annotation, ast.Constant) and isinstance(annotation.value, str):
+            annotation = ast.parse(annotation.value, mode="eval").body
+        name = annotation.id if isinstance(annotation, ast.Name) else ""
+        return self._handed_on(*self.names[module].get(name, ("", "")))
+
+    def _handed_on(self, module: str, name: str) -> FunctionKey:
+        """Where a name is defined that a module may have imported."""
+        while (further := self.names.get(module, {}).get(name)) not in (None, (module, name)):
             module, name = further
         return module, name
+
+    def _defined(self, module: str, name: str) -> FunctionKey | None:
+        owner, dot, method = name.partition(".")
+        module, owner = self._handed_on(module, owner)
+        key = module, f"{owner}{dot}{method}"
+        return key if key in self.functions else None
 
 
 def _imported(module: str, path: Path, tree: ast.Module, known: dict[str, Path]) -> Iterator[tuple[str, FunctionKey]]:

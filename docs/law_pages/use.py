@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """How a law is written in a preset, in Python and in C++."""
 
-from needleforce.preset_files.writing import as_toml
+from needleforce.preset_files.build import as_toml
 
 from . import header
 from .typical import around

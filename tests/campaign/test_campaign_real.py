@@ -110,7 +110,7 @@ def test_a_fault_added_to_a_real_recording_is_named(recordings, tmp_path, kind, 
 
 def moved(real):
     """Every even repeat labelled as every condition of another specimen: curves and files of each."""
-    from needleforce.campaign.outliers import wrong_labels
+    from needleforce.campaign.checks import wrong_labels
 
     curves = {each.name: {one.file: one.curve for one in each.recordings} for each in real.conditions}
     pooled = {each.name: [one.file for one in each.recordings if not one.left_out] for each in real.conditions}

@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 
-from needleforce.campaign.outliers import limit, outliers, wrong_labels
+from needleforce.campaign.checks import limit, outliers, wrong_labels
 from needleforce.campaign.recording_result import nearest
 from needleforce.identification import Estimate
 

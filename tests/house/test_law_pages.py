@@ -9,7 +9,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.models.laws import FAMILIES, laws_of
-from needleforce.preset_files.writing import as_toml
+from needleforce.preset_files.build import as_toml
 
 LAWS = [law for family in FAMILIES for law in laws_of(family)]
 

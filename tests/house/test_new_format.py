@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from needleforce.errors import InputError, install_step
-from needleforce.recording.formats import template
-from needleforce.recording.formats.detect import MODULES, check_declaration, declared
+from needleforce.recording.formats import Format
+from needleforce.recording.formats.detect import check_declaration, declared
 
 # a place of the template -> what a new format has there; its files have a mark, the number of columns, and for each its
 # header, unit, number of values, and values
@@ -31,9 +31,11 @@ FILLED = {
     "\nfrom pathlib import Path": "\nimport struct\nfrom pathlib import Path",
     '_FORMAT = ""': '_COLUMN = struct.Struct("<16s4sI")\n_FORMAT = "a needle log"',
     "    return {}": COLUMNS,
-    "suffixes=()": 'suffixes=(".needle",)',
-    "starts=()": 'starts=(b"NEEDLE 1",)',
 }
+ROW = """    Format(
+        module=".needle_log", name="a needle log", suffixes=(".needle",), starts=(b"NEEDLE 1",), limited=True
+    ),
+"""
 # without the finder of an installed needleforce, in this process and in the one that reads
 READ = """
 import json, sys
@@ -75,9 +77,9 @@ def tree(root, tmp_path_factory) -> Path:
         text = text.replace(place, filling)
     (formats / "needle_log.py").write_text(text, encoding="utf-8")
     detect = (formats / "detect.py").read_text(encoding="utf-8")
-    row = '    "no_tables",\n'
-    assert detect.count(row) == 1
-    (formats / "detect.py").write_text(detect.replace(row, f'    "needle_log",\n{row}'), encoding="utf-8")
+    last = '    Format(name="MCAP"'
+    assert detect.count(last) == 1
+    (formats / "detect.py").write_text(detect.replace(last, f"{ROW}{last}"), encoding="utf-8")
     return made
 
 
@@ -104,26 +106,35 @@ def test_a_damaged_file_of_a_new_format_is_refused(tree, tmp_path):
     )
 
 
-@pytest.mark.parametrize("name", MODULES)
-def test_every_format_stands_on_the_page_of_formats(root, name):
+@pytest.mark.parametrize("form", [form for form in declared() if form.module], ids=lambda form: form.name)
+def test_every_format_stands_on_the_page_of_formats(root, form):
     page = (root / "docs" / "recordings.md").read_text(encoding="utf-8")
-    formats = [each for each in declared() if each.tables and each.tables.__module__.endswith(f".{name}")]
-    missing = [suffix for form in formats for suffix in form.suffixes if f"`{suffix}`" not in page]
-    assert missing == []
+    assert [suffix for suffix in form.suffixes if f"`{suffix}`" not in page] == []
 
 
-COMPLETE = replace(template.FORMATS[0], name="a needle log", suffixes=(".needle",), starts=(b"NEEDLE 1",))
+def test_a_text_is_read_without_the_modules_of_other_formats(tmp_path):
+    """Which take a twentieth of the time of the first recording."""
+    (tmp_path / "run.csv").write_text("time [s],depth [mm],force [N]\n" + "".join(f"{k},{k},{k}\n" for k in range(9)))
+    code = (
+        f"import sys, needleforce as nf; nf.read({str(tmp_path / 'run.csv')!r});"
+        "print(*(name.removeprefix('needleforce.recording.formats') for name in sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert {form.module for form in declared() if form.module} & set(done.stdout.split()) == set()
+
+
+COMPLETE = Format(module=".needle_log", name="a needle log", suffixes=(".needle",), starts=(b"NEEDLE 1",), limited=True)
 
 
 def test_a_complete_declaration_is_accepted():
-    check_declaration(COMPLETE, declared(), "needle_log.py")
+    check_declaration(COMPLETE, declared())
 
 
 @pytest.mark.parametrize("form, others, message", [
-    (template.FORMATS[0], (), "name of the format '' is missing"),
+    (replace(COMPLETE, name=""), (), "name of the format '' is missing"),
     (replace(COMPLETE, suffixes=()), (), "suffixes of the format 'a needle log' is missing"),
     (replace(COMPLETE, starts=()), (), "starts, member or matches of the format 'a needle log' is missing"),
-    (replace(COMPLETE, tables=None), (), "tables of the format 'a needle log' is missing"),
+    (replace(COMPLETE, module=""), (), "module of the format 'a needle log' is missing"),
     (replace(COMPLETE, extra="labs"), (), "package of the format 'a needle log' is missing"),
     (COMPLETE, (replace(COMPLETE, starts=(b"OTHER",)),), "name of the format 'a needle log' is 'a needle log', "),
     (COMPLETE, (replace(COMPLETE, name="another"),), "starts of the format 'a needle log' is .*'another' has it, too"),
@@ -131,8 +142,8 @@ def test_a_complete_declaration_is_accepted():
     (replace(COMPLETE, member=b"a"), (replace(COMPLETE, name="b", starts=(), member=b"a"),), "member of the format"),
 ])  # fmt: skip
 def test_an_incomplete_or_repeated_declaration_is_refused_with_its_place(form, others, message):
-    with pytest.raises(InputError, match=f"^needle_log.py: {message}") as caught:
-        check_declaration(form, others, "needle_log.py")
+    with pytest.raises(InputError, match=f"^recording/formats/detect.py: {message}") as caught:
+        check_declaration(form, others)
     assert caught.value.next_step
 
 

@@ -17,8 +17,8 @@ BARS = {
     "functions with eight or more parameters": 12,
     "files that run in `nf.read(file)`": 30,
     "files that run in `nf.identify(recording)`": 39,
-    "stays in files on the path through `read`": 54,
-    "returns to a file on the path through `read`": 34,
+    "stays in files on the path through `read`": 113,
+    "returns to a file on the path through `read`": 80,
     "calls with six or more positional arguments": 0,
 }
 
@@ -63,6 +63,16 @@ def test_the_path_of_a_call_is_followed_through_imports_and_back(tmp_path, struc
     known = {"p.a": tmp_path / "a.py", "p.b": tmp_path / "b.py"}
     # first in a, second and its helper in b, last in a
     assert structure["call_path"](known, "p.a", "first") == (4, 3, 2, 1)
+
+
+def test_the_path_of_a_call_enters_methods_of_annotated_values(tmp_path, structure):
+    (tmp_path / "a.py").write_text("from .b import opened\n\ndef first(path):\n    return opened(path).read()\n")
+    (tmp_path / "b.py").write_text(
+        "class File:\n    def read(self):\n        return self.rows()\n    def rows(self): ...\n\n"
+        "def opened(path) -> File: ...\n"
+    )
+    known = {"p.a": tmp_path / "a.py", "p.b": tmp_path / "b.py"}
+    assert structure["call_path"](known, "p.a", "first") == (4, 2, 2, 0)
 
 
 def test_a_circle_is_found(structure):

@@ -7,8 +7,7 @@ import pytest
 
 import needleforce as nf
 from needleforce import core
-from needleforce.identification.layered.binned_cycle import COARSE, BinnedCycle, binned_cycles
-from needleforce.identification.layered.hold import relaxation_times
+from needleforce.identification.layered.binned_cycle import COARSE, BinnedCycle, binned_cycles, relaxation_times
 from needleforce.identification.layered.parameters import MM, LayerRow
 from needleforce.identification.layered.search import grow
 from needleforce.identification.one_layer.segmented_recording import segmented

@@ -6,7 +6,7 @@ import re
 import pytest
 
 import needleforce as nf
-from needleforce.preset_files.writing import as_toml
+from needleforce.preset_files.build import as_toml
 
 FIRST = """name = "two"
 summary = "Two layers."

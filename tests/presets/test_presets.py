@@ -5,8 +5,7 @@ import re
 import pytest
 
 import needleforce as nf
-from needleforce.preset_files.build import read_needle
-from needleforce.preset_files.writing import as_toml, save
+from needleforce.preset_files.build import as_toml, read_needle, save
 
 
 @pytest.mark.parametrize("name", nf.presets())

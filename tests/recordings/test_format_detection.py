@@ -6,8 +6,7 @@ import zipfile
 import pytest
 
 from needleforce.errors import InputError
-from needleforce.recording.formats.detect import format_of, tables_of
-from needleforce.recording.formats.text import TEXT
+from needleforce.recording.formats.detect import TEXT, format_of, tables_of
 
 
 def zipped(path, *names):

@@ -5,13 +5,12 @@ import os
 import sys
 import zlib
 from datetime import datetime
-from importlib import import_module
 
 import numpy as np
 import pytest
 
 from needleforce.errors import InputError
-from needleforce.recording.formats import worker
+from needleforce.recording.formats import Format, worker
 from needleforce.recording.formats.detect import format_of, tables_of
 
 h5py = pytest.importorskip("h5py")
@@ -175,19 +174,17 @@ def test_a_library_that_never_returns_or_dies_is_ended(tmp_path, monkeypatch):
     """A module in the place of a format, whose reading loops in C or ends the process."""
     (tmp_path / "stub.py").write_text(
         "import os\n"
-        "from needleforce.recording.formats import Format\n"
         "def tables(path):\n"
         "    if 'loop' in path.name: sum(range(10**14))\n"
         "    if 'die' in path.name: os.abort()\n"
         "    return []\n"
-        "FORMATS = (Format(name='STUB', tables=tables, limited=True),)\n"
     )
     monkeypatch.setattr(worker, "_TIME_S", 0.5)  # of a processor
     monkeypatch.setattr(worker, "_WALL_FACTOR", 1000.0)
     for name in ("loop", "die", "fine"):
         (tmp_path / name).touch()
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
-    (form,) = import_module("stub").FORMATS
+    form = Format(module="stub", name="STUB", limited=True)
     worker._worker.close()
     for name in ("loop", "die"):
         with pytest.raises(InputError, match="the library that reads it failed, or took more than"):

@@ -6,8 +6,8 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.estimates import Estimate, Quality
+from needleforce.identification.layered.identify import LayeredFit
 from needleforce.identification.layered.prediction import Ruptures
-from needleforce.identification.layered.result import LayeredFit
 from needleforce.identification.recording_fit import RecordingFit
 from needleforce.identification.result import Fit
 from needleforce.identification.settings import Choice, Evidence, FitSettings, LayeredSettings

@@ -10,7 +10,7 @@ from ..checks import within
 from ..errors import InputError
 from ..recording.card import check_filter_length
 from ..wire.axis_lines import MAX_SILENCE_S
-from ..wire.rdt import AXES
+from ..wire.net_ft import AXES
 from .axis_check import StopReport
 from .motion_sequence import EndReason
 

@@ -15,10 +15,7 @@ from ..identification.estimates import Estimate
 from ..identification.statistics.noise import LEVEL
 from ..vocabulary import SMALLEST
 from .law_fit import LawFit, Readings, StressCurve, solved, without_unstable
-from .laws import (
-    laws_named,
-    mode_number,
-)
+from .laws import laws_named, mode_number
 from .stress_result import MAX_MISFIT, MIN_WEIGHT, StressFit
 
 ROUNDING = 1e-9  # [of the peak stress] a smaller residual is rounding

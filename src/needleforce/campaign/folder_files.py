@@ -10,10 +10,7 @@ from typing import NoReturn
 
 from ..errors import InputError
 from ..files import file_name
-from ..recording.formats.detect import format_of
-from ..recording.formats.json_lines import JSON
-from ..recording.formats.no_tables import ARCHIVE
-from ..recording.formats.text import TEXT
+from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
 from ..recording.options import ReadOptions
 from ..recording.recording_file import chosen_parts
 

@@ -63,7 +63,7 @@ def run(given: RestFlags) -> None:
         table(f"{result.model.name}: {result.verdict}", ["quantity", "value", "meaning"], result.rows)
         say(result.reason)
     if given.save is not None:
-        from ..preset_files.writing import save as write
+        from ..preset_files.build import save as write
 
         write(result.with_stretch(), given.save)
         say(f"{given.save}: {result.model.name}, stretched by {result.stretch_factor:.4g}")

@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import InputError
 from ..files import atomic_write, csv_text
 from ..models.model import Model
-from ..preset_files.writing import as_toml
+from ..preset_files.build import as_toml
 from ..segmentation import Events
 from .estimates import Correlations, Estimate, Quality
 from .recording_fit import RecordingFit

@@ -203,7 +203,7 @@ class Fit(EstimateResult):
 
     def save(self, path: Any) -> None:
         """Write the identified model as a preset file. Raises InputError for a fit without a model."""
-        from ..preset_files.writing import save
+        from ..preset_files.build import save
 
         save(self.identified_model(), path)
 

@@ -16,8 +16,7 @@ from ..errors import InputError
 from ..files import open_regular
 from .assumed_motion import AssumedMotion
 from .cycles import CycleSpan
-from .formats.detect import format_of
-from .formats.no_tables import ROS2_BAG
+from .formats.detect import ROS2_BAG, format_of
 from .mappings import completed
 from .motion_source import MotionSource
 from .options import ReadOptions, flags

@@ -8,20 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..display.axes import DEPTH
-from ..display.canvas import (
-    INK,
-    MEASURED,
-    MODEL,
-    QUIET,
-    SECOND,
-    SLATE,
-    THICK,
-    THIN,
-    Labels,
-    Sheet,
-    axis_names,
-    panels,
-)
+from ..display.canvas import INK, MEASURED, MODEL, QUIET, SECOND, SLATE, THICK, THIN, Labels, Sheet, axis_names, panels
 from ..display.page import Figure
 from .base_motion import BaseMotion
 from .obstacles import Box, Obstacle, Sphere

@@ -11,9 +11,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
-from ..preset_files.build import make_needle
+from ..preset_files.build import make_needle, needle_lines
 from ..preset_files.schema import NeedleSection
-from ..preset_files.writing import needle_lines
 from .path_prediction import PathPredictor
 from .path_simulation import simulated_path
 from .steering_model import SteeringModel

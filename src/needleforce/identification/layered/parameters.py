@@ -120,11 +120,6 @@ class LayeredParameters:
         """The punctures (runs, layers) [mm]."""
         return x[self.shared :].reshape(self.runs, self.layers)
 
-    def punctures_of(self, run: int) -> slice:
-        """The punctures of one run as a slice of x."""
-        first = self.shared + run * self.layers
-        return slice(first, first + self.layers)
-
     def steps(self) -> np.ndarray:
         """Steps (size,) of the finite differences."""
         common, punctures = np.full(4, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE_MM)

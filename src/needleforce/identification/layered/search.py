@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .binned_cycle import BinnedCycle
-from .hold import relaxation_times
+from .binned_cycle import BinnedCycle, relaxation_times
 from .parameters import (
     COEFFICIENT,
     FRICTION_RATIO,

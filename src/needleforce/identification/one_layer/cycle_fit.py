@@ -13,8 +13,7 @@ from ... import core
 from ...errors import InputError
 from ...vocabulary import SMALLEST
 from ..statistics.noise import MAX_GAIN_GAP, ONE_SIDED
-from .cycle_estimates import CycleEstimates
-from .cycle_values import CycleFit, CycleOptions
+from .cycle_values import CycleEstimates, CycleFit, CycleOptions
 
 MIN_SAMPLES = 50  # of the insertion
 SATURATION_STEPS = 4096  # of the grid of saturation depths down to the puncture

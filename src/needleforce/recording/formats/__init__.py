@@ -1,13 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Formats of files. Each is declared in the module here that reads it; ``detect`` knows the modules."""
+"""Formats of files. Each is a row in ``detect``, and a module here that reads it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from ..table import Table
 
 BYTES_PER_S = 16e6  # the slowest at which the limited process may read
 
@@ -18,6 +13,9 @@ class Format:
 
     Parameters
     ----------
+    module : str
+        The module that reads it, such as ``".hdf5"``: its function ``tables`` takes a path, and gives the tables of a
+        file. It is imported for a file of this format alone.
     name : str
         Its name in messages.
     suffixes : tuple of str
@@ -28,8 +26,6 @@ class Format:
         What a file in it is called, in part, if it is a zip archive.
     matches : callable, optional
         The first 64 KiB of a file -> whether it is of this format.
-    tables : callable, optional
-        Path -> the tables of a file; a function of the module, as the limited process calls it by its name.
     limited : bool
         Whether the limited process of ``worker`` reads it: for libraries that a damaged file can crash, or keep busy.
     bytes_per_s : float
@@ -44,12 +40,12 @@ class Format:
         How to export it, for a format that is recognised and not read.
     """
 
+    module: str = ""
     name: str
     suffixes: tuple[str, ...] = ()
     starts: tuple[bytes, ...] = ()
     member: bytes = b""
     matches: Callable[[bytes], bool] | None = None
-    tables: "Callable[[Path], Sequence[Table]] | None" = None
     limited: bool = False
     bytes_per_s: float = BYTES_PER_S
     package: str = ""

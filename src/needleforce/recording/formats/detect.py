@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The format of a file by its content, independent of its name, and its tables by the module that declares it."""
+"""The formats, that of a file by its content, independent of its name, and its tables by the module that reads it."""
 
 import os
 import re
@@ -10,70 +10,164 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...errors import InputError, install_step
-from ...files import BAG, open_regular
+from ...files import BAG, MCAP, open_regular
 from . import Format
 
 if TYPE_CHECKING:
     from ..table import Table
 
-# each declares FORMATS; of two that fit a file, the first is its format
-MODULES = (
-    "excel",
-    "jpk",
-    "numpy_arrays",
-    "parquet",
-    "hdf5",
-    "tdms",
-    "nanosurf",
-    "lvm",
-    "json_lines",
-    "matlab",
-    "igor",
-    "no_tables",
-)
 _SEARCHED_BYTES = 1 << 16  # at either end of a zip archive, where the names of its parts are
 _ZIP = b"PK\x03\x04"
 _PARTS_OF_SECOND = re.compile(r"(n|u|nano|micro)(sec|second)s?\W*$", re.IGNORECASE)  # the end of a header
+_ROWS = "recording/formats/detect.py"
 _STORAGE = ("*.db3", "*.mcap")  # files of a ROS 2 bag
+
+_EXCEL = {"module": ".excel", "limited": True, "bytes_per_s": 1e6, "package": "python_calamine"}  # of objects: slow
+_HDF5 = {"module": ".hdf5", "limited": True, "package": "h5py", "extra": "labs"}
+
+
+def _is_json(start: bytes) -> bool:
+    """Whether an object of JSON comes first, which may be in a list."""
+    return bool(re.match(rb"(\xef\xbb\xbf)?\s*(\{|\[\s*\{)", start))
+
+
+def _is_matlab4(start: bytes) -> bool:
+    if b"\0\0" not in start[:4]:  # a small number comes first
+        return False
+    from .matlab import is_version4
+
+    return is_version4(start)
+
+
+def _is_igor(start: bytes) -> bool:
+    if b"\0" not in start[:2]:  # the version comes first
+        return False
+    from .igor import is_wave
+
+    return is_wave(start)
+
+
+def _is_nanoscope(start: bytes) -> bool:
+    """Whether a file has the head of a NanoScope file, and is not the text that its program exports with this head."""
+    return start.startswith((b"\\*Force file list", b"\\*File list")) and b"\0" in start
+
+
+JSON = Format(module=".json_lines", name="JSON", suffixes=(".json", ".jsonl"), matches=_is_json)
+# of a file that none of the rows fits, of another zip archive, and of a folder
+TEXT = Format(module=".text", name="text", suffixes=(".csv", ".tsv", ".txt", ".dat"))
+ARCHIVE = Format(name="a zip archive", advice="Unpack it, and name the recording in it.")
+ROS2_BAG = Format(name="a ROS 2 bag", log=True)
+# a row each; of two that fit a file, the first is its format; the functions above import a module only where it may fit
+FORMATS = (
+    Format(name="an Excel workbook (xlsx)", suffixes=(".xlsx", ".xlsm"), member=b"xl/workbook", **_EXCEL),
+    Format(name="an Excel workbook (xls)", suffixes=(".xls",), starts=(b"\xd0\xcf\x11\xe0",), **_EXCEL),
+    Format(
+        module=".jpk",
+        name="a JPK force curve",
+        suffixes=(".jpk-force", ".jpk-force-map"),
+        member=b"header.properties",
+        limited=True,
+        package="afmformats",
+        extra="labs",
+    ),
+    Format(module=".numpy_arrays", name="NumPy (npz)", suffixes=(".npz",), member=b".npy"),
+    Format(module=".numpy_arrays", name="NumPy (npy)", suffixes=(".npy",), starts=(b"\x93NUMPY",)),
+    Format(
+        module=".parquet",
+        name="Parquet",
+        suffixes=(".parquet",),
+        starts=(b"PAR1",),
+        limited=True,
+        package="pyarrow",
+        extra="parquet",
+    ),
+    Format(name="HDF5", suffixes=(".h5", ".hdf5"), starts=(b"\x89HDF",), **_HDF5),
+    Format(name="MATLAB 7.3", suffixes=(".mat",), starts=(b"MATLAB 7.3",), **_HDF5),
+    Format(
+        module=".tdms",
+        name="TDMS (LabVIEW)",
+        suffixes=(".tdms",),
+        starts=(b"TDSm",),
+        limited=True,
+        package="nptdms",
+        extra="labs",
+    ),
+    Format(
+        module=".nanosurf",
+        name="a Nanosurf file (nid)",
+        suffixes=(".nid",),
+        starts=(b"[DataSet]",),
+        limited=True,
+        package="NSFopen",
+        extra="labs",
+    ),
+    Format(module=".lvm", name="LabVIEW measurement (lvm)", suffixes=(".lvm",), starts=(b"LabVIEW Measurement",)),
+    JSON,
+    Format(module=".matlab", name="MATLAB 5", suffixes=(".mat",), starts=(b"MATLAB 5.0",), limited=True),
+    Format(module=".matlab", name="MATLAB 4", suffixes=(".mat",), matches=_is_matlab4, limited=True),
+    Format(
+        module=".igor",
+        name="an Igor wave (ibw)",
+        suffixes=(".ibw",),
+        matches=_is_igor,
+        limited=True,
+        package="igor2",
+        extra="labs",
+    ),
+    Format(name="MCAP", suffixes=(".mcap",), starts=(MCAP,), log=True),
+    Format(name="a ROS 1 bag", suffixes=(".bag",), starts=(b"#ROSBAG",), log=True),
+    Format(
+        name="a database",
+        suffixes=(".db3",),
+        starts=(b"SQLite format 3",),
+        advice=f"If it is of a ROS 2 bag, name the bag's folder; without {BAG}, run ros2 bag reindex FOLDER first.",
+    ),
+    Format(
+        name="a NanoScope file (Bruker)",
+        suffixes=(".spm",),
+        matches=_is_nanoscope,
+        advice="In NanoScope Analysis, export the curves as ASCII text.",
+    ),
+    Format(
+        name="a TDM file (National Instruments)",
+        suffixes=(".tdm",),
+        matches=lambda start: b"<usi:tdm" in start[:4096],
+        advice="Save it as TDMS in LabVIEW or DIAdem, or as a workbook with NI's TDM add-in for Excel.",
+    ),
+)
 
 
 @cache
 def declared() -> tuple[Format, ...]:
-    """The formats that the modules declare. Raises InputError for one that is incomplete, or declared twice."""
-    formats: list[Format] = []
-    for module in MODULES:
-        for each in import_module(f".{module}", __package__).FORMATS:
-            check_declaration(each, formats, f"{module}.py")
-            formats.append(each)
-    return tuple(formats)
+    """The formats of the rows. Raises InputError for one that is incomplete, or declared twice."""
+    for number, form in enumerate(FORMATS):
+        check_declaration(form, FORMATS[:number])
+    return FORMATS
 
 
-def check_declaration(form: Format, others: Iterable[Format], place: str) -> None:
+def check_declaration(form: Format, others: Iterable[Format]) -> None:
     """Raise InputError for a format that lacks a part of its declaration, or that one of the ``others`` is, too."""
-    step = f"Complete its declaration in recording/formats/{place}; template.py explains the parts."
+    step = "Complete its row in FORMATS; recording/formats/template.py explains the parts."
     missing = {
         "name": not form.name,
         "suffixes": not form.suffixes,
         "starts, member or matches": not (form.starts or form.member or form.matches),
-        "tables": not (form.tables or form.log or form.advice),
+        "module": not (form.module or form.log or form.advice),
         "package": form.extra != "" and not form.package,
     }
     for part, is_missing in missing.items():
         if is_missing:
-            raise InputError(f"{part} of the format {form.name!r}", "missing", "", place, step)
+            raise InputError(f"{part} of the format {form.name!r}", "missing", "", _ROWS, step)
     for other in others:
         marks = {"name": form.name == other.name, "member": form.member != b"" and form.member == other.member}
         marks["starts"] = any(a.startswith(b) or b.startswith(a) for a in form.starts for b in other.starts)
         for part in (part for part, is_same in marks.items() if is_same):
             value, limit = repr(getattr(form, part)), f"the format {other.name!r} has it, too"
-            raise InputError(f"{part} of the format {form.name!r}", value, limit, place, "Declare each format once.")
+            raise InputError(f"{part} of the format {form.name!r}", value, limit, _ROWS, "Declare each format once.")
 
 
 def format_of(path: Path) -> Format:
     """The format of a file or of the folder of a bag; ``TEXT`` for a file that cannot be read or that no other fits."""
-    from .no_tables import ARCHIVE, ROS2_BAG
-    from .text import TEXT
-
     formats = declared()
     try:
         if (path / BAG).is_file():
@@ -100,7 +194,7 @@ def tables_of(path: Path) -> "list[Table]":
     if path.is_dir() and any(next(path.glob(pattern), None) for pattern in _STORAGE):
         limit, step = f"it has no {BAG}", f"Make it with ros2 bag reindex {path}, or name an mcap file in it."
         raise InputError("ROS 2 bag", "without an index", limit, str(path), step)
-    if form.tables is None:
+    if not form.module:
         raise InputError("file", form.name, "a table of numbers is needed", str(path), form.advice)
     try:
         tables = _tables(form, path)
@@ -117,7 +211,7 @@ def tables_of(path: Path) -> "list[Table]":
 
 def _tables(form: Format, path: Path) -> "list[Table]":
     if not form.limited:
-        return form.tables(path)
+        return import_module(form.module, __package__).tables(path)
     from .worker import tables_by_worker
 
     return tables_by_worker(form, path)

@@ -17,7 +17,6 @@ from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
 from ..recording import Note
 from ..stated import stating_lines
 from ..table import Table
-from . import Format
 from .arrays import MAX_COLUMNS, check_count
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, numbers_of
@@ -29,7 +28,6 @@ if TYPE_CHECKING:
 _STATING_ROWS = 256  # above a table, that may state a rate, a speed or a unit
 _MAX_CELLS = 8_000_000  # of a sheet, empty ones included: a million rows of 8 columns
 _CELL = re.compile(rb'<c r="([A-Z]{1,3})(\d{1,7})"')
-_BYTES_PER_S = 1e6  # of a workbook, whose cells are objects: a million rows of 4 columns have 30 MB
 _OVERLAP = 64  # bytes of a block that are looked at again with the next
 _COMPOUND = b"\xd0\xcf\x11\xe0"
 _ENTRY_BYTES = 128  # of the directory of a compound file, at a multiple of it
@@ -268,10 +266,3 @@ def _letters(column: int) -> str:
         column, rest = divmod(column - 1, 26)
         name = chr(ord("A") + rest) + name
     return name
-
-
-_READ_BY = {"tables": tables, "limited": True, "bytes_per_s": _BYTES_PER_S, "package": "python_calamine"}
-FORMATS = (
-    Format(name="an Excel workbook (xlsx)", suffixes=(".xlsx", ".xlsm"), member=b"xl/workbook", **_READ_BY),
-    Format(name="an Excel workbook (xls)", suffixes=(".xls",), starts=(_COMPOUND,), **_READ_BY),
-)

@@ -12,7 +12,6 @@ from ...errors import InputError
 from ...files import open_regular, unpacked_limit
 from ..stated import is_rate_name
 from ..table import Table
-from . import Format
 from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, size_of
 from .matlab import matlab_header, object_step
 
@@ -346,10 +345,3 @@ def _as_text(value: Any) -> str:
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     return str(value) if isinstance(value, str | np.number | int | float) else ""
-
-
-_READ_BY = {"tables": tables, "limited": True, "package": "h5py", "extra": "labs"}
-FORMATS = (
-    Format(name="HDF5", suffixes=(".h5", ".hdf5"), starts=(b"\x89HDF",), **_READ_BY),
-    Format(name="MATLAB 7.3", suffixes=(".mat",), starts=(b"MATLAB 7.3",), **_READ_BY),
-)

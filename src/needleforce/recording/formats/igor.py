@@ -11,7 +11,6 @@ import numpy as np
 
 from ..recording import Note
 from ..table import Table
-from . import Format
 from .arrays import Array, FileArrays, clean, orientation, reading, vector
 from .jpk import TIP
 
@@ -93,7 +92,7 @@ def _text(value: Any) -> str:
     return value.decode("latin-1").strip("\0 ") if isinstance(value, bytes) else "" if value is None else str(value)
 
 
-def _is_wave(start: bytes) -> bool:
+def is_wave(start: bytes) -> bool:
     """Whether a file begins with the header of a wave, whose checksum is zero."""
     for order in "<>":
         version = struct.unpack_from(f"{order}h", start)[0] if len(start) > 1 else 0
@@ -101,16 +100,3 @@ def _is_wave(start: bytes) -> bool:
         if size and len(start) > size and any(start[2:size]):
             return sum(struct.unpack_from(f"{order}{size // 2}h", start)) % 2**16 == 0
     return False
-
-
-FORMATS = (
-    Format(
-        name=_FORMAT,
-        suffixes=(".ibw",),
-        matches=_is_wave,
-        tables=tables,
-        limited=True,
-        package="igor2",
-        extra="labs",
-    ),
-)

@@ -10,7 +10,6 @@ from ...errors import InputError
 from ...files import open_regular, unpacked_limit
 from ..recording import Note
 from ..table import Table
-from . import Format
 from .arrays import MAX_TABLES, Array, FileArrays, check_count, check_size, reading
 
 _FORMAT = "a JPK force curve"
@@ -87,16 +86,3 @@ def _add_curve(found: FileArrays, name: str, curve: dict) -> None:
     ]
     found.add(name, arrays, [(key, facts[key]) for key in _FACTS if key in facts])
     found.tables[-1].notes.append(Note("computed", TIP.format(stiffness)))
-
-
-FORMATS = (
-    Format(
-        name=_FORMAT,
-        suffixes=(".jpk-force", ".jpk-force-map"),
-        member=b"header.properties",
-        tables=tables,
-        limited=True,
-        package="afmformats",
-        extra="labs",
-    ),
-)

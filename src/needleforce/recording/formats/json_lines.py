@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """JSON: an object a line, a list of objects, or an object of lists of one length, by msgspec."""
 
-import re
 from array import array
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,11 +12,9 @@ from ...errors import InputError
 from ...files import MAX_RECORDING_BYTES, open_regular, read_bytes, unpacked_limit
 from ..recording import Note
 from ..table import Table
-from . import Format
 from .arrays import MAX_COLUMNS, MAX_SIGNALS, MAX_TABLES, Array, FileArrays, check_count, check_size, reading
 
 _FORMAT = "JSON"
-_FIRST = re.compile(rb"(\xef\xbb\xbf)?\s*(\{|\[\s*\{)")  # the first object, which may be in a list
 _BOM = b"\xef\xbb\xbf"
 _MAX_DOCUMENT_BYTES = 256 << 20  # of one value, which is in memory as a whole; lines are read one by one
 _MAX_LINE_BYTES = 1 << 20
@@ -258,9 +255,3 @@ def _is_all(value: Any, kind: type) -> bool:
 def _is_indexed(value: dict) -> bool:
     """Whether the keys of an object are the numbers of rows: 0, 1, 2 ..."""
     return len(value) > 1 and all(key == str(number) for number, key in enumerate(value))
-
-
-JSON = Format(
-    name=_FORMAT, suffixes=(".json", ".jsonl"), matches=lambda start: bool(_FIRST.match(start)), tables=tables
-)
-FORMATS = (JSON,)

@@ -16,7 +16,6 @@ import numpy as np
 from ...errors import InputError
 from ...files import read_bytes
 from ..table import Table
-from . import Format
 from .arrays import MAX_TABLES, check_count
 from .text_rows import Encoding
 from .text_values import TextValues
@@ -185,13 +184,3 @@ def _number(text: str, decimal: str) -> float:
         return float(text.replace(decimal, "."))
     except ValueError:
         return float("nan")
-
-
-FORMATS = (
-    Format(
-        name="LabVIEW measurement (lvm)",
-        suffixes=(".lvm",),
-        starts=(b"LabVIEW Measurement",),
-        tables=tables,
-    ),
-)

@@ -11,7 +11,6 @@ import numpy as np
 from ...errors import InputError
 from ..recording import Note
 from ..table import Table
-from . import Format
 from .arrays import MAX_TABLES, FileArrays, check_count, clean, reading, vector
 from .jpk import TIP
 
@@ -101,16 +100,3 @@ def _add_curve(
     found.add(name, arrays, [("spring constant", f"{stiffness:g} N/m")] if np.isfinite(stiffness) else [])
     if len(arrays) > len(columns):
         found.tables[-1].notes.append(Note("computed", TIP.format(stiffness)))
-
-
-FORMATS = (
-    Format(
-        name=_FORMAT,
-        suffixes=(".nid",),
-        starts=(b"[DataSet]",),
-        tables=tables,
-        limited=True,
-        package="NSFopen",
-        extra="labs",
-    ),
-)

@@ -13,7 +13,6 @@ import numpy as np
 from ...errors import InputError
 from ...files import open_regular, unpacked_limit
 from ..table import Table
-from . import Format
 from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, seconds_header, size_of
 
 _FORMAT = "NumPy"
@@ -204,9 +203,3 @@ def _part(names: tuple[str, ...], index: tuple[int, ...], dtype: np.dtype) -> tu
         return items[(slice(None), *index)]
 
     return ".".join(names) + "".join(f"[{each}]" for each in index), dtype, values
-
-
-FORMATS = (
-    Format(name="NumPy (npz)", suffixes=(".npz",), member=b".npy", tables=tables),
-    Format(name="NumPy (npy)", suffixes=(".npy",), starts=(b"\x93NUMPY",), tables=tables),
-)

@@ -13,12 +13,10 @@ from ...errors import InputError, install_step
 from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
 from ..quantities import split
 from ..table import Table
-from . import Format
 from .arrays import MAX_COLUMNS, check_count, check_size, reading
 
 CARD = b"needleforce.card"  # the key of the card's lines in the file's metadata
 _FORMAT = "Parquet"
-_EXTRA = "parquet"
 _BATCH_ROWS = 1 << 16
 _PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
@@ -28,7 +26,7 @@ def pyarrow_for(path: str | os.PathLike) -> ModuleType:
     try:
         import pyarrow.parquet
     except ImportError:
-        step = f"{install_step('pyarrow', _EXTRA)} Or use a .csv file."
+        step = f"{install_step('pyarrow', 'parquet')} Or use a .csv file."
         raise InputError("Parquet", "not available", "it needs pyarrow", str(path), step) from None
     return pyarrow
 
@@ -124,16 +122,3 @@ def _floats(chunk: Any) -> np.ndarray:
         return values
     bits = np.unpackbits(np.frombuffer(valid, np.uint8), bitorder="little")
     return np.where(bits[chunk.offset : chunk.offset + len(chunk)], values, np.nan)
-
-
-FORMATS = (
-    Format(
-        name=_FORMAT,
-        suffixes=(".parquet",),
-        starts=(b"PAR1",),
-        tables=tables,
-        limited=True,
-        package="pyarrow",
-        extra=_EXTRA,
-    ),
-)

@@ -14,7 +14,6 @@ from ...errors import InputError
 from ...files import open_regular
 from ..stated import is_rate_name
 from ..table import Table
-from . import Format
 from .arrays import Array, FileArrays, check_count, reading
 
 _FORMAT = "TDMS (LabVIEW)"
@@ -133,16 +132,3 @@ def _comments(properties: dict[str, Any]) -> list[tuple[str, str]]:
     """The properties of a group or of the file, but for empty and long ones."""
     texts = [(name, str(value)) for name, value in properties.items()]
     return [(name, text) for name, text in texts if 0 < len(text) <= _MAX_TEXT_CHARS]
-
-
-FORMATS = (
-    Format(
-        name=_FORMAT,
-        suffixes=(".tdms",),
-        starts=(b"TDSm",),
-        tables=tables,
-        limited=True,
-        package="nptdms",
-        extra="labs",
-    ),
-)

@@ -13,7 +13,6 @@ from ...errors import InputError
 from ...files import open_regular
 from ..stated import stating_lines
 from ..table import Table
-from . import Format
 from .rows import (
     MIN_ROWS,
     WHITESPACE,
@@ -284,7 +283,3 @@ def _table_in(path: Path, encoding: Encoding, lines: Sequence[str]) -> TextValue
     """The table in some lines of a file; None if its numbers are in no common columns."""
     chosen = _delimited(lines)
     return None if chosen is None else _table(path, encoding, lines, chosen)
-
-
-TEXT = Format(name="text", suffixes=(".csv", ".tsv", ".txt", ".dat"), tables=tables)
-FORMATS = (TEXT,)

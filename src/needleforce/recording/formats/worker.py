@@ -35,6 +35,7 @@ _MEMORY_BYTES = 3 << 29  # address space for one file, beyond that of the proces
 _MEMORY_PER_BYTE = 60  # more for each byte of it
 _KEPT_S = 5.0  # that a file stays open after the last request
 _WALL_FACTOR = 8.0  # on a computer that is busy with other things
+_POLLS = hasattr(select, "poll")  # elsewhere a thread waits; to start one takes longer than to read a small column
 _LENGTH = struct.Struct("<Q")
 _PARTS = ("quantity", "value", "limit", "place", "next_step")
 _PLAIN = ("headers", "units", "name", "sha256", "row_name", "first_row", "has_header", "preamble")  # parts of a table
@@ -42,7 +43,7 @@ _START = f"import json, sys; sys.path[:] = json.loads(sys.argv[1]); from {__name
 
 
 def tables_by_worker(form: Format, path: Path) -> list[Table]:
-    """The tables of a file that ``form.tables`` gives in the other process.
+    """The tables of a file that the module of its format gives in the other process.
 
     Raises InputError as it does, and for a file with which the process ends, or takes too much time or memory;
     ImportError without the package of the format.
@@ -50,9 +51,9 @@ def tables_by_worker(form: Format, path: Path) -> list[Table]:
     if form.package and find_spec(form.package) is None:
         raise ImportError(name=form.package)
     if not sys.executable:  # within a program that cannot start a second Python
-        return form.tables(path)
+        return import_module(form.module, __package__).tables(path)
     path = Path(os.path.abspath(path))
-    request = {"module": form.tables.__module__, "function": form.tables.__name__, "bytes_per_s": form.bytes_per_s}
+    request = {"module": form.module, "bytes_per_s": form.bytes_per_s}
     answer, _ = _worker.ask(path, form.name, request)
     return [_table(path, form.name, request | {"table": number}, each) for number, each in enumerate(answer["tables"])]
 
@@ -113,10 +114,13 @@ class _Worker:
         except OSError:
             return None, bytearray()
         timer = threading.Timer(wall_s, process.kill)
-        timer.start()
+        if not _POLLS:
+            timer.start()
         try:
             process.stdin.write(json.dumps(request).encode() + b"\n")
             process.stdin.flush()
+            if _POLLS and not _comes(process.stdout, wall_s):
+                raise EOFError
             (length,) = _LENGTH.unpack(process.stdout.read(_LENGTH.size))
             answer = json.loads(process.stdout.readline())
             rest = bytearray(length)
@@ -151,6 +155,13 @@ class _Worker:
             for pipe in (process.stdin, process.stdout):
                 with contextlib.suppress(OSError):
                     pipe.close()
+
+
+def _comes(pipe: Any, wall_s: float) -> bool:
+    """Whether something comes through a pipe in this time, its end included."""
+    poll = select.poll()
+    poll.register(pipe, select.POLLIN)
+    return bool(poll.poll(1e3 * wall_s))
 
 
 _worker = _Worker()
@@ -214,11 +225,11 @@ def _answer(request: dict, opened: tuple[Any, list[Table]], answers: BinaryIO) -
     path = Path(os.fsdecode(request["path"].encode("utf-8", "surrogateescape")))
     try:
         state = os.stat(path)
-        key = request["module"], request["function"], path, state.st_ino, state.st_size, state.st_mtime_ns
+        key = request["module"], path, state.st_ino, state.st_size, state.st_mtime_ns
         with enough_memory(path):
             if not {"column", "texts"} & request.keys() or opened[0] != key:
                 opened = (None, [])
-                opened = key, getattr(import_module(request["module"]), request["function"])(path)
+                opened = key, import_module(request["module"], __package__).tables(path)
             if "column" in request:
                 _send(answers, {}, _column(opened[1][request["table"]], request["column"], request["first"]))
             elif "texts" in request:

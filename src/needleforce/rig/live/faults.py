@@ -13,7 +13,7 @@ import numpy as np
 
 from ...checks import one_of
 from ...errors import InputError
-from ...wire.rdt import RECORD_SIZE
+from ...wire.net_ft import RECORD_SIZE
 from ..run import FORCE_RATE_HZ
 
 
