@@ -9,7 +9,10 @@ from needleforce import checks
 
 NUMBERS = {
     "above_zero": (lambda value: checks.above_zero("radius", value, "m"), [5e-324, 1, np.float64(2.0), np.array(3.0)]),
-    "at_least_zero": (lambda value: checks.at_least_zero("radius", value, "m"), [0.0, -0.0, 5e-324, 1, np.array(3.0)]),
+    "not_below_zero": (
+        lambda value: checks.not_below_zero("radius", value, "m"),
+        [0.0, -0.0, 5e-324, 1, np.array(3.0)],
+    ),
     "within": (lambda value: checks.within("radius", value, 0.5, 2.0, "m"), [0.5, 2, np.float32(1.0), True]),
     "finite_number": (lambda value: checks.finite_number("radius", value, "Give it in m."), [0.0, -1e308, 10**300]),
 }
@@ -38,8 +41,8 @@ def test_what_is_no_finite_number_is_refused(name, value):
         ("above_zero", np.nan, "radius is nan m, must be above 0. Give it in m."),
         ("above_zero", "1e-3", "radius is 1e-3 m, must be above 0. Give it in m."),
         ("above_zero", np.inf, "radius is inf m, must be finite and above 0. Give it in m."),
-        ("at_least_zero", -5e-324, "radius is -5e-324 m, must be at least 0. Give it in m."),
-        ("at_least_zero", np.inf, "radius is inf m, must be finite and at least 0. Give it in m."),
+        ("not_below_zero", -5e-324, "radius is -5e-324 m, must be at least 0. Give it in m."),
+        ("not_below_zero", np.inf, "radius is inf m, must be finite and at least 0. Give it in m."),
         ("within", 0.49999, "radius is 0.49999, outside 0.5 to 2 m."),
         ("within", 2.00001, "radius is 2.00001, outside 0.5 to 2 m."),
         ("finite_number", "deep", "radius is 'deep', not a finite number. Give it in m."),
@@ -53,7 +56,7 @@ def test_the_message_says_quantity_value_limit_and_what_to_do(name, value, messa
 
 def test_a_number_without_unit_has_the_next_step_that_is_stated():
     with pytest.raises(nf.InputError, match=r"^delay is -1, must be at least 0\. Use 2\.$"):
-        checks.at_least_zero("delay", -1, next_step="Use 2.")
+        checks.not_below_zero("delay", -1, next_step="Use 2.")
     with pytest.raises(nf.InputError, match=r"^theta is 3, outside 0 to 1\. Use 0\.5\.$"):
         checks.within("theta", 3, 0.0, 1.0, next_step="Use 0.5.")
     with pytest.raises(nf.InputError, match=r"^delay is 0, must be above 0\.$"):

@@ -23,7 +23,7 @@ def above_zero(quantity: str, value: float, unit: str = "", next_step: str = "")
     raise _too_low(quantity, value, unit, "above 0", next_step)
 
 
-def at_least_zero(quantity: str, value: float, unit: str = "", next_step: str = "") -> float:
+def not_below_zero(quantity: str, value: float, unit: str = "", next_step: str = "") -> float:
     """The value if it is finite and not below 0; the next step is to give it in its unit if none is stated."""
     if 0.0 <= _number(value) < math.inf:
         return value

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import core
-from ..checks import at_least_zero
+from ..checks import not_below_zero
 from ..errors import InputError
 from ..models.model import Insertion, Model
 
@@ -81,7 +81,7 @@ class Unmodelled:
 
     def __post_init__(self):
         for quantity, value in vars(self).items():
-            at_least_zero(f"specimen.{quantity}", value)
+            not_below_zero(f"specimen.{quantity}", value)
 
 
 NOTHING_UNMODELLED = Unmodelled(dimple=0.0, spreading_force=0.0, friction_growth=0.0)
@@ -246,7 +246,7 @@ class Scatter:
 
     def __post_init__(self):
         for quantity, value in vars(self).items():
-            at_least_zero(f"scatter.{quantity}", value)
+            not_below_zero(f"scatter.{quantity}", value)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import core
-from ..checks import above_zero, at_least_zero
+from ..checks import above_zero, not_below_zero
 from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
@@ -80,7 +80,7 @@ class SteeringPhantom:
     def __post_init__(self) -> None:
         for quantity, value in vars(self).items():
             if quantity != "needle":
-                check = above_zero if quantity in _POSITIVE else at_least_zero
+                check = above_zero if quantity in _POSITIVE else not_below_zero
                 check(f"{quantity} of the steering phantom", value, next_step="Give SI units.")
 
     def layers(self, random: np.random.Generator) -> list[core.LateralLayer]:

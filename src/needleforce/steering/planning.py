@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import above_zero, at_least_zero, three_numbers
+from ..checks import above_zero, not_below_zero, three_numbers
 from ..display.markup import listing, table
 from ..display.result import Result
 from ..errors import InputError
@@ -352,7 +352,7 @@ def _check(
             f"the needle reaches {1e3 * reach:g} mm",
             next_step=step_back,
         )
-    at_least_zero("clearance", clearance, "m")
+    not_below_zero("clearance", clearance, "m")
     for name, point in (("target", target), ("point of entry", np.zeros(3))):
         distance = float(distance_to(obstacles, point[None])[0])
         if distance < clearance:

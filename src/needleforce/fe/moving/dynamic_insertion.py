@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import issparse
 
-from ...checks import above_zero, at_least_zero, finite_number, within
+from ...checks import above_zero, finite_number, not_below_zero, within
 from ...errors import InputError
 from ..elastic.needle_path import NeedlePath, check_resolved
 from .bounded_forces import bounded_forces
@@ -258,7 +258,7 @@ def stroke(depth: float, speed: float, dt: float, *, start: float = 0.0, hold: f
     finite_number("depth of the stroke", depth, "Give it in SI units.")
     finite_number("start of the stroke", start, "Give it in SI units.")
     above_zero("speed", speed, next_step="Give it in SI units.")
-    at_least_zero("hold", hold, next_step="Give it in SI units.")
+    not_below_zero("hold", hold, next_step="Give it in SI units.")
     moving = max(int(np.ceil(abs(depth - start) / (speed * dt) - 1e-9)), 0)
     travel = np.minimum(speed * dt * np.arange(1, moving + 1), abs(depth - start))
     return np.append(start + np.sign(depth - start) * travel, np.full(round(hold / dt), float(depth)))
