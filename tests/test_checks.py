@@ -67,9 +67,12 @@ def test_arrays_are_finite_and_points_have_three_numbers():
     assert checks.finite_array("depth", [[1, 2]], "Leave it out.").tolist() == [[1.0, 2.0]]
     assert checks.finite_array("depth", [], "Leave it out.").size == 0
     assert checks.three_numbers("target", (1, 2, 3)).tolist() == [1.0, 2.0, 3.0]
-    for wrong in ([1.0, np.nan], [np.inf]):
+    for wrong in ([1.0, np.nan], [np.inf], "abc", [[1.0], [2.0, 3.0]], None):
         with pytest.raises(nf.InputError, match=r"^depth is not finite, must be numbers\. Leave it out\.$"):
             checks.finite_array("depth", wrong, "Leave it out.")
+    for wrong in ((1.0, 2.0), [[1.0, 2.0, 3.0]], 1.0, "abc", [[1.0], [2.0, 3.0]]):
+        with pytest.raises(nf.InputError, match=r"^depth is shape .*, must be \(3,\)\. Leave it out\.$"):
+            checks.finite_array("depth", wrong, "Leave it out.", (3,))
     for wrong in ((1.0, 2.0), (1.0, 2.0, np.nan), (1.0, 2.0, np.inf), [[1.0, 2.0, 3.0]], "abc", ("a", "b", "c"), None):
         with pytest.raises(nf.InputError, match=r"^target is .*, must be three finite numbers\. Give x, y, z in m\.$"):
             checks.three_numbers("target", wrong)

@@ -44,9 +44,11 @@ def finite_number(quantity: str, value: float, next_step: str) -> float:
     raise InputError(quantity, repr(value)[:60], "not a finite number", next_step=next_step)
 
 
-def finite_array(quantity: str, values: ArrayLike, next_step: str) -> np.ndarray:
-    """The values as an array if all of them are finite."""
-    array = np.asarray(values, dtype=float)
+def finite_array(quantity: str, values: ArrayLike, next_step: str, shape: tuple[int, ...] | None = None) -> np.ndarray:
+    """The values as an array if all of them are finite and its shape, where one is stated, is this."""
+    array = _array(values)
+    if shape is not None and array.shape != shape:
+        raise InputError(quantity, f"shape {array.shape}", f"must be {shape}", next_step=next_step)
     if np.all(np.isfinite(array)):
         return array
     raise InputError(quantity, "not finite", "must be numbers", next_step=next_step)
@@ -54,10 +56,7 @@ def finite_array(quantity: str, values: ArrayLike, next_step: str) -> np.ndarray
 
 def three_numbers(quantity: str, values: ArrayLike, next_step: str = "Give x, y, z in m.") -> np.ndarray:
     """The values as an array if they are three finite numbers."""
-    try:
-        array = np.asarray(values, dtype=float)
-    except (TypeError, ValueError):
-        array = np.empty(0)
+    array = _array(values)
     if array.shape == (3,) and np.all(np.isfinite(array)):
         return array
     raise InputError(quantity, repr(values), "must be three finite numbers", next_step=next_step)
@@ -83,6 +82,14 @@ def _number(value: object) -> float:
         return math.nan if isinstance(value, str | bytes) or np.ndim(value) else float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError, OverflowError):
         return math.nan
+
+
+def _array(values: ArrayLike) -> np.ndarray:
+    """The values as numbers; one NaN if they are none, or rows of different lengths."""
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        return np.array(np.nan)
 
 
 def _too_low(quantity: str, value: float, unit: str, limit: str, next_step: str) -> InputError:

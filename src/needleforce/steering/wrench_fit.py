@@ -52,16 +52,9 @@ class BaseWrench:
 
     def __post_init__(self) -> None:
         n = len(self.depth)
-        for quantity, shape in (("base", (n, 2)), ("roll", (n,)), ("lateral", (n, 4))):
-            if np.shape(getattr(self, quantity)) != shape:
-                raise InputError(
-                    f"shape of {quantity}",
-                    np.shape(getattr(self, quantity)),
-                    f"must be {shape}",
-                    next_step="Give a row a step.",
-                )
-        for quantity in ("depth", "base", "roll", "lateral"):
-            finite_array(f"{quantity} of {self.name}", getattr(self, quantity), "Leave these rows out.")
+        step = "Give a row a step, and leave out rows without a reading."
+        for quantity, shape in (("depth", None), ("base", (n, 2)), ("roll", (n,)), ("lateral", (n, 4))):
+            finite_array(f"{quantity} of {self.name}", getattr(self, quantity), step, shape)
 
     def __len__(self) -> int:
         return len(self.depth)
