@@ -17,7 +17,7 @@ import damaged_files
 import numpy as np
 
 from needleforce.recording.log import ros_messages
-from needleforce.wire.sensor_configuration import SensorConfiguration
+from needleforce.wire.net_ft import SensorConfiguration
 
 ENDINGS = {"csv": ".csv", "parquet": ".parquet", "mcap": ".mcap", "bag": "", "toml": ".toml", "json": ".json", "mapping": ".toml",
            "page": ".xml", "calibration": ".cal", "table": ".csv", "forms": ".txt", "lvm": ".lvm", "excel": ".xlsx", "xlsm": ".xlsm",

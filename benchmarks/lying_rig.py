@@ -14,8 +14,7 @@ from contextlib import suppress
 from multiprocessing.connection import Connection
 
 from needleforce.wire.axis_lines import AxisRange, AxisState, parse_command, range_line, state_line
-from needleforce.wire.rdt import Command, Packet, pack_record, unpack_request
-from needleforce.wire.sensor_configuration import SensorConfiguration
+from needleforce.wire.net_ft import Command, Packet, SensorConfiguration, pack_record, unpack_request
 
 LIMITS = AxisRange(-0.02, 0.06, 0.05, 2.0)
 CONFIGURATION = SensorConfiguration(1e5, 1e6, 1000.0, "LIAR", (12.0, 12.0, 17.0, 0.12, 0.12, 0.12))

@@ -9,7 +9,7 @@ from reference_rules import computes
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.bench_tests.elastica import cantilever_tip
+from needleforce.bench_tests.elastica import tip_of_cantilever
 from needleforce.mechanics import beam_on_foundation as beam
 from needleforce.mechanics.buckling import embedded_buckling_force, foundation_buckling_force
 
@@ -140,7 +140,10 @@ def partly_embedded(given):
 
 @computes("elastica", r"Bisshopp-Drucker", "alpha")
 def elastica(given):
-    return cantilever_tip(given["alpha"])
+    """Slope, deflection and distance of the tip; a straight shaft beyond the load shows the slope."""
+    load = np.array([float(given["alpha"])])
+    sag, beyond = (float(tip_of_cantilever(load, 1.0, length, 1.0, np.zeros(1))[0]) for length in (1.0, 2.0))
+    return math.asin(beyond - sag), sag, math.sqrt(2.0 * (beyond - sag) / load[0])
 
 
 def arc(curvature, length):

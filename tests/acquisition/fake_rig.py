@@ -8,8 +8,7 @@ import time
 
 from needleforce.acquisition.settings import Settings
 from needleforce.wire.axis_lines import AxisRange, AxisState, parse_command, range_line, state_line
-from needleforce.wire.rdt import Command, Packet, pack_record, unpack_request
-from needleforce.wire.sensor_configuration import SensorConfiguration
+from needleforce.wire.net_ft import Command, Packet, SensorConfiguration, pack_record, unpack_request
 
 CONFIGURATION = SensorConfiguration(1000.0, 1e5, 500.0, "FT00042", (12.0, 12.0, 17.0, 0.12, 0.12, 0.12))
 BIAS = (0.5, -0.25, 2.0, 0.001, 0.0, 0.002)

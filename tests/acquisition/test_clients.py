@@ -15,7 +15,7 @@ from needleforce import InputError
 from needleforce.acquisition.sources import net_ft_sensor
 from needleforce.acquisition.sources.axis import AxisClient
 from needleforce.acquisition.sources.net_ft_sensor import SensorClient, read_configuration
-from needleforce.wire.rdt import Packet, pack_record
+from needleforce.wire.net_ft import Packet, pack_record
 
 
 def received(client, count):

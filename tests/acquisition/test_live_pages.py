@@ -29,7 +29,7 @@ from needleforce.recording.log.mcap_records import MAX_RECORD_BYTES
 from needleforce.rig.live.axis import LIMITS
 from needleforce.rig.live.sensor import READINGS_PER_RECORD, RECORDS_PER_DATAGRAM
 from needleforce.wire.axis_lines import MAX_LINE_LENGTH, MAX_SILENCE_S, STATE_RATE_HZ, range_line
-from needleforce.wire.rdt import Command
+from needleforce.wire.net_ft import Command
 
 PAGES = ("rig", "recording_live", "protocols", "live_file")
 COMMANDS = typer.main.get_command(app).commands

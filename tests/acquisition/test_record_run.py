@@ -9,7 +9,7 @@ from fake_rig import BIAS, FakeAxis, FakeSensor
 
 from needleforce import InputError
 from needleforce.recording.log import read_log
-from needleforce.wire.rdt import Command, status_words
+from needleforce.wire.net_ft import Command, status_words
 
 MOVES = [(0.002, 0.02), (0.002, 0.1), (-0.002, 0.02)]
 

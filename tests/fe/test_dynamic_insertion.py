@@ -255,7 +255,7 @@ def test_forces_per_layer_are_given_by_node():
             r"friction per length is of shape \(3,\), must be a number, or one for each of the 13",
         ),
         ({"cutting": -0.1}, "cutting force is -0.1 N, must be at least 0"),
-        ({"theta": 0.4}, "theta is 0.4, must be 0.5 to 1"),
+        ({"theta": 0.4}, "theta is 0.4, outside 0.5 to 1"),
     ],
 )
 def test_values_of_a_needle_are_checked(change, words):

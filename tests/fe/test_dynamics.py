@@ -206,8 +206,8 @@ def test_damping_has_the_ratios_that_were_given():
     [
         ({"dt": 0.0}, "time step is 0.0 s, must be above 0"),
         ({"dt": np.nan}, "time step is nan s"),
-        ({"beta": -0.1}, "beta is -0.1, must be 0 to 1"),
-        ({"gamma": 0.4}, "gamma is 0.4, must be 0.5 to 2"),
+        ({"beta": -0.1}, "beta is -0.1, outside 0 to 1"),
+        ({"gamma": 0.4}, "gamma is 0.4, outside 0.5 to 2"),
     ],
 )
 def test_rules_that_do_not_work_are_named(change, words):

@@ -319,7 +319,7 @@ def test_a_depth_without_solution_is_named_with_the_last_one():
 @pytest.mark.parametrize(
     "change, words",
     [
-        ({"tissue": "linear"}, "tissue is Tissue, must be a HyperelasticTissue. Use nf.fe.fit_modulus"),
+        ({"tissue": "linear"}, "tissue is Tissue, not a HyperelasticTissue. Use nf.fe.fit_modulus"),
         ({"depth": lambda x: x[:-1]}, r"shapes of depth and force is \(199,\) and \(200,\), two columns"),
         ({"depth": lambda x: x[:, None]}, "shapes of depth and force"),
         ({"force": lambda x: np.where(np.arange(200) == 7, np.nan, x)}, "sample 7: force is nan, must be finite"),

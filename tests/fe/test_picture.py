@@ -162,7 +162,7 @@ def test_colours_clip_nothing_above_and_mark_what_is_below(cup):
 
 def test_what_cannot_be_shown_is_named(cup):
     tissue, solution, path = cup
-    with pytest.raises(nf.InputError, match=r"quantity is shear, must be one of displacement, magnitude"):
+    with pytest.raises(nf.InputError, match=r"quantity is .shear., unknown. Give one of displacement, magnitude"):
         fe.picture(tissue, solution, path, quantities=("shear",))
     with pytest.raises(nf.InputError, match="solution is of shape"):
         fe.picture(tissue, solution[:-1], path)

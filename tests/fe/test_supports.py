@@ -80,7 +80,7 @@ def test_a_mesh_in_the_other_sense_is_the_same_body():
         ([[0, 0], [1, 0], [0, 1]], [[0, 1, 3]], "triangle", None, "indices of the 3 points"),
         ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2, 2]], "triangle", None, r"must be \(m, 3\)"),
         ([[0, 0, 0]] * 3, [[0, 1, 2]], "triangle", None, r"must be \(n, 2\)"),
-        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], "hexagon", None, "must be one of triangle"),
+        ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], "hexagon", None, "is 'hexagon', unknown. Give one of triangle"),
         ([[0, 0], [1, 0], [0, 1]], [[0, 1, 2]], "triangle", ["a", "b"], "labels is 2"),
     ],
 )
@@ -102,7 +102,7 @@ def test_points_of_no_cell_are_named():
         ({"symmetry": "solid"}, "symmetry is solid"),
         ({"symmetry": "axisymmetric"}, "radius is -2 mm, must not be below 0"),
         ({"symmetry": "plane_strain", "supports": {"lid": "fixed"}}, "boundary is lid.*Use one of top, bottom, sides"),
-        ({"symmetry": "plane_strain", "supports": {"bottom": "glued"}}, "support of 'bottom' is glued"),
+        ({"symmetry": "plane_strain", "supports": {"bottom": "glued"}}, "support of 'bottom' is 'glued', unknown"),
         ({"symmetry": "plane_strain", "thickness": 0.0}, "thickness"),
         ({"symmetry": "plane_strain", "order": 3}, "order is 3"),
     ],

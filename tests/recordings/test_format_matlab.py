@@ -136,8 +136,13 @@ def test_objects_are_named_with_the_way_to_export_them(tmp_path, kind, step, com
            element(1, b"a" * 8)),
     matrix(6, element(5, struct.pack("<2i", 9, 1)), element(1, b"x"), element(250, bytes(72))),
     matrix(99, element(5, struct.pack("<2i", 9, 1)), element(1, b"x"), element(9, bytes(72))),
-], ids=["zeros", "empty cells", "cells that are not there", "structs that are not there", "type", "class"])  # fmt: skip
-def test_what_expands_or_would_end_the_process_is_refused(tmp_path, content):
+    doubles(b"time", TIME).replace(struct.pack("<2I", 6, 8), struct.pack("<2I", 7, 8), 1),
+    doubles(b"time", TIME).replace(struct.pack("<2I", 6, 8), struct.pack("<2I", 6 | 9 << 16, 8), 1),
+    doubles(b"time", TIME) + matrix(6, element(5, b""), element(1, b"F"), element(9, FORCE.tobytes())),
+    struct.pack("<2I", 14, 1 << 24) + doubles(b"time", TIME)[8:] + doubles(b"force", FORCE),
+], ids=["zeros", "empty cells", "cells that are not there", "structs that are not there", "type", "class", "no flags",
+        "long short element", "no shape", "longer than the file"])  # fmt: skip
+def test_what_expands_ends_the_process_or_contradicts_itself_is_refused(tmp_path, content):
     (tmp_path / "x.mat").write_bytes(mat(content, compressed=True))
     assert (tmp_path / "x.mat").stat().st_size < 1 << 20
     with pytest.raises(InputError, match=r"unpacked size|without a table|not readable as MATLAB|memory is not enough"):

@@ -226,7 +226,7 @@ def test_a_document_type_is_refused_in_every_encoding(encoding):
 
 @pytest.mark.parametrize("rate", ["1e-6", "0", "-1", "nan", "1e6", "x"])
 def test_an_impossible_rate_of_a_sensor_is_refused(rate):
-    from needleforce.wire.sensor_configuration import SensorConfiguration, parse_configuration
+    from needleforce.wire.net_ft import SensorConfiguration, parse_configuration
 
     page = SensorConfiguration(1e6, 1e6, 1000.0).xml()
     assert parse_configuration(page, "x").rate == 1000.0

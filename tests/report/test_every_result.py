@@ -14,8 +14,7 @@ from test_models_page import row
 import needleforce as nf
 from needleforce import bench_tests, campaign, steering
 from needleforce.bench_tests import StressCurve, fit_stress, needle_modulus, nominal_stress, penetration_tests
-from needleforce.campaign.recording_result import RecordingResult
-from needleforce.campaign.summary import Trace
+from needleforce.campaign.recording_result import RecordingResult, Trace
 from needleforce.display.result import Result
 from needleforce.identification import fit_indentation
 from needleforce.identification.comparison import Comparison

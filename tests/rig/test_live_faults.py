@@ -9,7 +9,7 @@ import pytest
 from needleforce import InputError
 from needleforce.rig.live import FAULTS, SimulatedRig, parse_fault
 from needleforce.rig.live.faults import checked_faults
-from needleforce.wire.rdt import RECORD_SIZE, Command, is_fault, pack_request, status_words, unpack_records
+from needleforce.wire.net_ft import RECORD_SIZE, Command, is_fault, pack_request, status_words, unpack_records
 
 N = 2000
 REQUEST = pack_request(Command.START, N)

@@ -12,7 +12,7 @@ from needleforce.rig import paper_experiment
 from needleforce.rig.live import SimulatedRig
 from needleforce.rig.live.axis import LIMITS, START
 from needleforce.wire.axis_lines import MAX_SILENCE_S, move_line, parse_answer
-from needleforce.wire.rdt import Command, pack_request, unpack_records
+from needleforce.wire.net_ft import Command, pack_request, unpack_records
 
 STREAM = pack_request(Command.START)
 

@@ -88,7 +88,7 @@ def test_unknown_attributes_are_refused(mujoco):
         ({"site": "tip", "surface_site": "tip"}, "surface_site is tip, on a moving body"),
         ({"site": "tip", "surface_normal": (0, 0)}, "surface_normal is (0, 0), not a direction"),
         ({"joint": "z", "surface_height": float("nan")}, "surface_height is nan, not a finite number"),
-        ({"site": "tip", "surface_height": "skin"}, "surface_height is skin, not a finite number"),
+        ({"site": "tip", "surface_height": "skin"}, "surface_height is 'skin', not a finite number"),
         ({"joint": "z", "max_speed": -1.0}, "max_speed is -1.0, outside"),
     ],
 )

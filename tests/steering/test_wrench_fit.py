@@ -117,7 +117,7 @@ def test_bad_measurements_are_named():
         identify([made.rows(np.arange(2))], NEEDLE)
     with pytest.raises(nf.InputError, match="not finite"):
         BaseWrench("x", made.depth, made.base, made.roll, made.lateral * math.nan)
-    with pytest.raises(nf.InputError, match="shape of lateral"):
+    with pytest.raises(nf.InputError, match=r"lateral of .* is shape \(5, 3\), must be \(5, 4\)"):
         BaseWrench("x", made.depth, made.base, made.roll, made.lateral[:, :3])
 
 

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from needleforce import InputError
-from needleforce.wire.rdt import (
+from needleforce.wire.net_ft import (
     Command,
     Packet,
     is_fault,

@@ -3,7 +3,7 @@
 import pytest
 
 from needleforce import InputError
-from needleforce.wire.sensor_configuration import SensorConfiguration, parse_configuration
+from needleforce.wire.net_ft import SensorConfiguration, parse_configuration
 
 PAGE = (
     b'<?xml version="1.0"?><netft><runstat>0x00000000</runstat><runrate>7000</runrate><cfgcalsn>FT1</cfgcalsn>'

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..wire.axis_lines import AxisState
-from ..wire.rdt import is_fault, status_words
+from ..wire.net_ft import is_fault, status_words
 from .axis_check import MAX_DEVIATION_M, POSITION_TOLERANCE_M, REST_WINDOW_S, check_declared
 from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run import POLL_INTERVAL_S, Run
@@ -89,7 +89,7 @@ def record_run(
     stop = threading.Event() if stop is None else stop
     monitor = SafetyMonitor(force, axis, settings, stop)
     try:
-        _check(Path(path), axis, moves, settings)
+        _check(Path(path), axis, moves)
         force.start()  # may wait for a header: Ctrl-C interrupts it, no file is open yet
         with _signals_set(stop):
             monitor.start()
@@ -138,7 +138,7 @@ def _stopped(monitor: SafetyMonitor, error: BaseException) -> None:
         raise AxisNotStopped("axis", "not stopped", str(report), next_step=f"It was stopped after: {error}") from error
 
 
-def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, float]], settings: Settings) -> None:
+def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, float]]) -> None:
     """Raise InputError for a file or moves that are impossible, before anything is started."""
     if path.exists():
         limit = "this file exists; a recording is never overwritten"

@@ -10,7 +10,7 @@ from typing import Any
 from ..errors import InputError
 from ..recording.alignment import LiveAlignment
 from ..wire.axis_lines import AxisState
-from ..wire.rdt import is_fault, status_words
+from ..wire.net_ft import is_fault, status_words
 from .motion_sequence import EndReason, RunEnded
 from .settings import RestBias
 from .sources.sequence import Kind, SequenceCheck

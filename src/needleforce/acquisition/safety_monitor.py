@@ -12,7 +12,7 @@ from collections.abc import Callable
 
 from ..errors import InputError
 from ..wire.axis_lines import MAX_SILENCE_S, AxisState
-from ..wire.rdt import SATURATED, is_fault, status_words
+from ..wire.net_ft import SATURATED, is_fault, status_words
 from .axis_check import AxisCheck, StopReport
 from .force_check import Lateness, frozen_checks
 from .motion_sequence import EndReason

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
+from ..checks import within
 from ..errors import InputError
 from ..recording.card import check_filter_length
 from ..wire.axis_lines import MAX_SILENCE_S
-from ..wire.rdt import AXES
+from ..wire.net_ft import AXES
 from .axis_check import StopReport
 from .motion_sequence import EndReason
 
@@ -73,8 +74,7 @@ class Settings:
             ("max_force_gap", self.max_force_gap, 0.02, MAX_SILENCE_S, "s"),
         ]
         for quantity, value, low, high, unit in limits:
-            if not low <= value <= high:
-                raise InputError(quantity, value, f"outside {low:g} to {high:g} {unit}")
+            within(quantity, value, low, high, unit)
         if self.axial.removeprefix("-") not in AXES[:3]:
             raise InputError("axial", repr(self.axial), "not fx, fy or fz, with or without a minus")
         check_filter_length(self.filter_length)

@@ -9,9 +9,8 @@ from .elastica import (
     elastica_deflection,
     three_point_load,
 )
-from .law_fit import LawFit, StressCurve
+from .law_fit import LawFit, StressCurve, fit_ogden
 from .laws import LAWS, MODES, initial_modulus, nominal_stress, stable_range, strain_energy
-from .ogden import fit_ogden
 from .penetration import PenetrationTest, penetration_test
 from .penetration_statistics import PenetrationTests, penetration_tests
 from .reading import needle_estimate, read_bending, read_stress, tissue_estimate

@@ -198,24 +198,3 @@ def cantilever_sensitivities(position: float, needle: Needle) -> dict[str, float
 def tip_compliance(position: Any, needle: Needle) -> Any:
     """a^2 (3 L - a) / (6 I): small deflection times E over force [1/m]."""
     return position**2 * (3.0 * needle.length - position) / (6.0 * needle.second_moment)
-
-
-def cantilever_tip(load: float) -> tuple[float, float, float]:
-    """Tip of a clamped rod under a force at its tip that keeps its direction, for any deflection.
-
-    Parameters
-    ----------
-    load : float
-        F L^2 / E I [1], above 0.
-
-    Returns
-    -------
-    slope, deflection, distance : float
-        Slope of the tip [rad], its deflection and its distance along the undeformed rod, both over the length [1].
-
-    Notes
-    -----
-    Bisshopp & Drucker 1945; the distance follows from the slope, sqrt(2 sin(slope) / load).
-    """
-    sag, slope = _cantilever(np.array([float(load)]), np.zeros(1))
-    return float(slope[0]), float(sag[0]), float(np.sqrt(2.0 * np.sin(slope[0]) / load))

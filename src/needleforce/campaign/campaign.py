@@ -23,10 +23,9 @@ from ..vocabulary import Status
 from .checks import check_repeats, moving_repeats, outliers, wrong_labels
 from .folder_files import File, find_files, other_files
 from .labels import REPEATS, Label, grouped, inferred, label_files
-from .recording_result import INVALIDATING, Anomaly, RecordingResult
+from .recording_result import INVALIDATING, Anomaly, RecordingResult, RecordingSummary, Trace, event_quantities, trace
 from .repeat_checks import copies
 from .result import Campaign, Condition
-from .summary import RecordingSummary, Trace, event_quantities, trace
 
 Progress = Callable[[Any, str], Any]
 ALL_LEFT_OUT = "No recording is left to pool: {}"

@@ -11,9 +11,8 @@ from ..identification.estimates import Estimate
 from ..recording import Recording
 from ..segmentation import Events, segment
 from ..segmentation.segment import RUPTURE_TRAVEL_M
-from .recording_result import INVALIDATING, Anomaly, formatted
+from .recording_result import INVALIDATING, Anomaly, RecordingSummary, formatted, summarise
 from .repeat_checks import Repeat, repeat_anomalies
-from .summary import RecordingSummary, summarise
 
 SIGN_SIGMA = 5.0  # [sd of the noise] a smaller mean force has no sign
 GAP_STEPS = 10.0  # median steps: the usual stalls of an insertion robot are shorter

@@ -17,9 +17,8 @@ from ..identification.estimates import Estimate
 from ..identification.report.tables import MAIN_PARAMETERS
 from ..identification.report.words import quantity_name, status_name
 from ..identification.statistics.noise import INTERVAL
-from .recording_result import RecordingResult
+from .recording_result import RecordingResult, Trace
 from .result import Campaign, Condition, quality_cells
-from .summary import Trace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

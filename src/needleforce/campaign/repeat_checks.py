@@ -14,8 +14,7 @@ import numpy as np
 
 from ..recording import Recording
 from ..segmentation import Events
-from .recording_result import Anomaly, formatted, nearest
-from .summary import RecordingSummary
+from .recording_result import Anomaly, RecordingSummary, formatted, nearest
 
 FORCE_FACTORS = {1000.0: "mN and N", 4.4482: "lbf and N", 9.80665: "kgf and N"}
 DEPTH_FACTORS = {1000.0: "mm and m", 25.4: "mm and in", 10.0: "mm and cm"}

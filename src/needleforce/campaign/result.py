@@ -16,8 +16,7 @@ from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
 from ..recording.formats.parquet import pyarrow_for
 from .labels import COLUMNS
-from .recording_result import RecordingResult
-from .summary import Trace
+from .recording_result import RecordingResult, Trace
 
 CONDITIONS_HEAD = ("condition", "recordings used", "model", "residual / peak", "R²", "why there is no model")
 MAX_NAMED = 4  # conditions in one note

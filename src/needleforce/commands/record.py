@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ..acquisition.sources.standard_input import StandardInput
     from ..protocol.protocol import Protocol
     from ..protocol.session import CampaignOutcome
-    from ..wire.sensor_configuration import SensorConfiguration
+    from ..wire.net_ft import SensorConfiguration
 
 NAME = "record"
 SENSOR_HELP = "HOST or HOST:PORT of a Net F/T sensor (RDT over UDP)."
@@ -232,13 +232,13 @@ def sources(
     """
     from ..acquisition.sources.axis import AxisClient
     from ..acquisition.sources.net_ft_sensor import SensorClient, read_configuration
-    from ..wire import axis_lines, rdt
+    from ..wire import axis_lines, net_ft
 
     axis_address = address(axis, axis_lines.PORT) if axis else None
     if sensor is None:
         lines = _standard_input(calibration)  # one for all runs, because the header arrives once
         return lambda: (lines, AxisClient(*axis_address) if axis_address else None), None
-    host, port = address(sensor, rdt.PORT)
+    host, port = address(sensor, net_ft.PORT)
     configuration = read_configuration(host, page)
 
     def opened() -> tuple:
@@ -295,7 +295,7 @@ def force_limit(
 
 def _rating(configuration: "SensorConfiguration | None", axial: str) -> float:
     """The rated range [N] of the axial force, 0 if unknown. Raises InputError for one that counts cannot reach."""
-    from ..wire.rdt import AXES
+    from ..wire.net_ft import AXES
 
     column = axial.removeprefix("-")
     if configuration is None or column not in AXES[:3]:

@@ -8,8 +8,8 @@ import msgspec
 import typer
 
 from ..wire.axis_lines import PORT as AXIS_PORT
-from ..wire.rdt import PORT as SENSOR_PORT
-from ..wire.sensor_configuration import PAGE
+from ..wire.net_ft import PAGE
+from ..wire.net_ft import PORT as SENSOR_PORT
 from .files import PRESET_HELP
 from .flags import takes_flags
 

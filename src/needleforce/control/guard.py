@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
+from ..checks import instance_of, within
 from ..errors import InputError
 from ..files import atomic_write
 from ..models.model import Model
@@ -116,8 +117,7 @@ class LiveInsertion(core.LiveInsertion):
         depth_noise: float = 0.0,
         bevel: core.Bevel | None = None,
     ):
-        if not 0.0 <= blend_time <= core.longest_blend:
-            raise InputError("blend_time", f"{blend_time} s", f"outside 0 to {core.longest_blend:g} s")
+        within("blend_time", blend_time, 0.0, core.longest_blend, "s")
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
         super().__init__(_layers(model), blend_time, limits, bevel or core.Bevel())
 
@@ -140,8 +140,7 @@ class LiveInsertion(core.LiveInsertion):
 
 
 def _layers(model: Model) -> list[tuple[float, core.Laws]]:
-    if not isinstance(model, Model):
-        raise InputError("model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
+    instance_of("model", model, Model, "Give nf.preset(…) or nf.Model(…).")
     return model.stack
 
 
@@ -171,10 +170,8 @@ def depth_noise(depth: ArrayLike, *, samples: int = 3_600_000, probability: floa
     values = np.asarray(depth, dtype=float)
     if values.ndim != 1 or values.size < 100 or not np.isfinite(values).all():
         raise InputError("depth", f"{values.size} values", "not 100 finite depths or more", next_step="Record longer.")
-    if not 1 <= samples <= 1e12:
-        raise InputError("samples", samples, "outside 1 to 1e12")
-    if not 1e-9 <= probability <= 0.5:
-        raise InputError("probability", probability, "outside 1e-9 to 0.5")
+    within("samples", samples, 1, 1e12)
+    within("probability", probability, 1e-9, 0.5)
     index = np.arange(values.size) - 0.5 * (values.size - 1)
     residual = values - np.polynomial.Polynomial.fit(index, values, 1)(index)
     deviation = math.sqrt(float(residual @ residual) / (values.size - 2))

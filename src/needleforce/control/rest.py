@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import instance_of
 from ..display.quantities import plain
 from ..display.result import Printed
 from ..errors import InputError
@@ -187,10 +188,8 @@ def rest_in_loop(
 
 
 def _checked(model: Model, device: Device, depth: float | None, margin: float) -> float:
-    if not isinstance(model, Model):
-        raise InputError("model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or nf.Model(…).")
-    if not isinstance(device, Device):
-        raise InputError("device", type(device).__name__, "not a Device", next_step="Give Device(mass=…, damping=…).")
+    instance_of("model", model, Model, "Give nf.preset(…) or nf.Model(…).")
+    instance_of("device", device, Device, "Give Device(mass=…, damping=…).")
     if not 1.0 <= margin < math.inf:
         raise InputError("margin", margin, "below 1", next_step="Give the gain margin, such as 2.")
     if device.damping + device.controller_damping == 0.0:

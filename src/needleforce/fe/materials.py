@@ -6,18 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import above_zero
 from ..errors import InputError
 
 _MAX_RATIO = 0.49999
 BULK_RATIO = 1000.0
 """Bulk modulus per shear modulus where none is given: a Poisson's ratio of 0.4995."""
 _MIN_BULK_RATIO, _MAX_BULK_RATIO = 2.0 / 3.0, 1e6  # a Poisson's ratio of 0; rounding
-
-
-def check_positive(quantity: str, value: float, unit: str) -> None:
-    """Raise InputError for a value that is not above 0 and finite."""
-    if not (value > 0.0 and value < float("inf")):
-        raise InputError(quantity, f"{value} {unit}", "must be above 0", next_step=f"Give it in {unit}.")
 
 
 def check_labels(labels: object) -> None:
@@ -60,8 +55,8 @@ class Elastic:
     density: float = 1000.0
 
     def __post_init__(self) -> None:
-        check_positive("young_modulus", self.young_modulus, "Pa")
-        check_positive("density", self.density, "kg/m^3")
+        above_zero("young_modulus", self.young_modulus, "Pa")
+        above_zero("density", self.density, "kg/m^3")
         _ratio(self.poisson_ratio)
 
     @property
@@ -97,7 +92,7 @@ class NeoHookean:
     bulk_modulus: float | None = None
 
     def __post_init__(self) -> None:
-        check_positive("shear_modulus", self.shear_modulus, "Pa")
+        above_zero("shear_modulus", self.shear_modulus, "Pa")
         object.__setattr__(self, "bulk_modulus", _bulk(self.bulk_modulus, self.shear_modulus))
 
     @property
@@ -133,7 +128,7 @@ class MooneyRivlin:
     bulk_modulus: float | None = None
 
     def __post_init__(self) -> None:
-        check_positive("c10 + c01", self.c10 + self.c01, "Pa")
+        above_zero("c10 + c01", self.c10 + self.c01, "Pa")
         object.__setattr__(self, "bulk_modulus", _bulk(self.bulk_modulus, self.shear_modulus))
 
     @property

@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import one_of
 from ..errors import InputError
 from .elastic.elements import Symmetry
 from .elastic.needle_path import NeedlePath
@@ -116,8 +117,7 @@ class Section:
             "von_mises": lambda: np.repeat(self.von_mises[:, None], 3, axis=1),
             "stress": lambda: np.repeat(self._stress_along[:, None], 3, axis=1),
         }
-        if quantity not in at_corners:
-            raise InputError("quantity", quantity, f"must be one of {', '.join(at_corners)}", next_step="Give one.")
+        one_of("quantity", quantity, at_corners)
         values = at_corners[quantity]()
         places = self.corners if quantity in ("displacement", "magnitude") else self._centres
         seen = np.where(self._inside(places), values, np.nan)

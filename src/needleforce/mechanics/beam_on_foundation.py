@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import one_of
 from ..errors import InputError
 from .foundation import FORMS
 
@@ -223,8 +224,7 @@ def beam_deflection(
 
     beta = _positive_wavenumber(stiffness, modulus)
     _check("length", length, "m", above=True)
-    if form not in FORMS:
-        raise InputError("form", repr(form), "unknown", next_step=f"Give one of {', '.join(FORMS)}.")
+    one_of("form", form, FORMS)
     unit = 2.0 * abs(force) * beta / modulus or 1.0  # deflections and lengths of order 1
     pressure = np.vectorize(lambda u: foundation_pressure(u * unit, modulus, form=form, scale=scale) / unit)
     load = 4.0 / modulus

@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 from .. import core
+from ..checks import above_zero, one_of
 from ..errors import InputError
 
 # smallest root x = L sqrt(P / (E I)) of the characteristic equation for each pair of end conditions
@@ -36,8 +37,7 @@ def buckling_force(needle: core.Needle, ends: str = "clamped_free") -> float:
     Euler's column: P = x^2 E I / L^2 with x = pi / 2 (clamped, free) or the first root of tan x = x (clamped, pinned);
     Gere & Timoshenko, Mechanics of Materials ("beam theory" in the bibliography).
     """
-    if ends not in _ROOTS:
-        raise InputError("ends", repr(ends), "unknown", next_step=f"Give one of {', '.join(_ROOTS)}.")
+    one_of("ends", ends, _ROOTS)
     return (_ROOTS[ends] / needle.length) ** 2 * needle.bending_stiffness
 
 
@@ -134,8 +134,7 @@ def embedded_buckling_force(stiffness: float, modulus: float, free_length: float
     """
     given = {"stiffness": stiffness, "modulus": modulus, "free_length": free_length, "embedded": embedded}
     for quantity, value in given.items():
-        if not value > 0.0:
-            raise InputError(quantity, value, "must be above 0", next_step="Check its unit.")
+        above_zero(quantity, value, next_step="Check its unit.")
     from scipy.optimize import brentq
 
     beta = (0.25 * modulus / stiffness) ** 0.25

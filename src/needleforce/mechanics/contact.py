@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
+from ..checks import above_zero
 from ..errors import InputError
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -136,14 +137,14 @@ def contact(
     if (depth is None) == (contact_radius is None):
         found = "neither" if depth is None else "both"
         raise InputError("depth or contact_radius", found, "exactly one is needed", next_step="Give one of the two.")
-    _positive("reduced_modulus", reduced_modulus, "Pa")
+    above_zero("reduced_modulus", reduced_modulus, "Pa")
     quantity = "depth" if contact_radius is None else "contact_radius"
     given = np.asarray(depth if contact_radius is None else contact_radius, dtype=float)
     if not np.isfinite(given).all():
         limit = f"{np.count_nonzero(~np.isfinite(given))} of {given.size} values are NaN or infinite"
         raise InputError(quantity, "not finite", limit, next_step="Remove these values.")
     values = np.ascontiguousarray(given.ravel())
-    shank = np.inf if shank_radius is None else _positive("shank_radius", shank_radius, "m")
+    shank = np.inf if shank_radius is None else float(above_zero("shank_radius", shank_radius, "m"))
     tip = _checked(tip, slope_breaks, shank, values)
     if contact_radius is None:
         columns = _mechanics(tip).contact_at_depth(tip, values, reduced_modulus, shank)
@@ -175,12 +176,6 @@ def _checked(tip: Any, slope_breaks: ArrayLike, shank: float, values: np.ndarray
 def _mechanics(tip: Any) -> Any:
     """What computes the contact of a tip: the core, or the quadrature of a slope function."""
     return tip if isinstance(tip, SlopeContact) else core
-
-
-def _positive(quantity: str, value: float, unit: str) -> float:
-    if not (np.isfinite(value) and value > 0):
-        raise InputError(quantity, value, f"must be finite and above 0 {unit}")
-    return float(value)
 
 
 def _within(radius: np.ndarray, tip: Any, shank_radius: float) -> None:

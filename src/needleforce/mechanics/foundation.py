@@ -5,6 +5,7 @@ paper eqs. (7)-(11), and its future work."""
 import math
 
 from .. import core
+from ..checks import one_of
 from ..errors import InputError
 
 READINGS = ("A", "B", "C", "lame", "literal_mm")
@@ -223,8 +224,7 @@ def bending_length(needle: core.Needle, modulus: float) -> float:
 
 def _form(name: str, scale: float) -> tuple[core.FoundationForm, float]:
     """The core's form and scale; an infinite scale is a linear foundation."""
-    if name not in FORMS:
-        raise InputError("form of the foundation", repr(name), "unknown", next_step=f"Give one of {', '.join(FORMS)}.")
+    one_of("form of the foundation", name, FORMS)
     if not scale > 0.0:
         raise InputError("scale", f"{scale} m", "must be above 0 m", next_step="Leave it out for a linear foundation.")
     linear = math.isinf(scale)
@@ -232,6 +232,5 @@ def _form(name: str, scale: float) -> tuple[core.FoundationForm, float]:
 
 
 def _reading(name: str) -> core.FrictionReading:
-    if name not in READINGS:
-        raise InputError("friction reading", repr(name), "unknown", next_step=f"Give one of {', '.join(READINGS)}.")
+    one_of("friction reading", name, READINGS)
     return getattr(core.FrictionReading, name)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
+from ..checks import instance_of
 from ..errors import InputError
 from ..mechanics.foundation import foundation_modulus
 from .model import Model
@@ -115,10 +116,9 @@ class FlexibleInsertion:
         hold_time: float = 0.0,
         **lengths: float,
     ):
-        if not isinstance(needle, core.Needle):
-            raise InputError("needle", type(needle).__name__, "not a Needle", next_step="Give nf.Needle(…).")
-        if model is not None and not isinstance(model, Model):
-            raise InputError("model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or None.")
+        instance_of("needle", needle, core.Needle, "Give nf.Needle(…).")
+        if model is not None:
+            instance_of("model", model, Model, "Give nf.preset(…) or None.")
         self.model, self.needle, self.planar, self.guide_distance = model, needle, planar, guide_distance
         self.lateral = _lateral_layers(lateral, model, needle)
         support = core.Support(

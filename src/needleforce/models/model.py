@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
+from ..checks import instance_of
 from ..display.result import Printed
 from ..display.tables import PARAMETER_HEAD, named_rows
 from ..errors import InputError
@@ -307,10 +308,7 @@ class Insertion(core.Insertion):
         depth_noise: float = 0.0,
         bevel: core.Bevel | None = None,
     ):
-        if not isinstance(model, Model):
-            raise InputError(
-                "model", type(model).__name__, "not a Model", next_step="Give nf.preset(…) or nf.Model(…)."
-            )
+        instance_of("model", model, Model, "Give nf.preset(…) or nf.Model(…).")
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
         super().__init__(model.stack, limits, bevel or core.Bevel())
         self.model = model

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import within
 from ..errors import InputError
 from ..recording import Card, Note, Recording
 from ..vocabulary import Status
@@ -51,8 +52,7 @@ class Motion:
     def __post_init__(self):
         _check(self.start, 1.0, 1.0, 0.0, self.acceleration)
         for target, speed in self.moves:
-            if not -1.0 <= target <= 1.0:
-                raise InputError("motion.moves", target, "outside -1 to 1 m")
+            within("motion.moves", target, -1.0, 1.0, "m")
             if not 0.0 <= speed <= 1e6:
                 raise InputError("motion.moves", speed, "not a speed [m/s] or a duration of a hold [s] from 0 to 1e6")
 
@@ -154,8 +154,7 @@ def _check(start: float, speed: float, depth: float, hold: float, acceleration: 
         ("hold", hold, 0.0, 1e6, "s"),
     ]
     for quantity, value, low, high, unit in limits:
-        if not low <= value <= high:
-            raise InputError(f"motion.{quantity}", value, f"outside {low:.6g} to {high:g} {unit}")
+        within(f"motion.{quantity}", value, low, high, unit)
 
 
 def simulate(model: Model, motion: Motion, rate: float = 1000.0, *, tissue: Any = None) -> Recording:

@@ -9,7 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from .. import core
-from ..errors import InputError
+from ..checks import above_zero
 from ..mechanics.buckling import buckling_force, equivalent_half_angle
 from ..mechanics.contact import contact
 from .laws import FAMILIES, laws_of
@@ -174,8 +174,8 @@ def applicable_laws(
     is not above 0.
     """
     for name, length in lengths.items():
-        if length is not None and not 0.0 < length < math.inf:
-            raise InputError(name, f"{length} m", "must be above 0 m")
+        if length is not None:
+            above_zero(name, length, "m")
     case = Case(needle, tissue, **lengths)
     return tuple(_judged(law, case) for family in FAMILIES for law in laws_of(family))
 

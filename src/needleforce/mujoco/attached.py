@@ -3,13 +3,13 @@
 results as the plugin."""
 
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
+from ..checks import finite_number
 from ..errors import InputError
 from ..models.model import Insertion, Model
 
@@ -114,8 +114,7 @@ def place_of(
         raise InputError(
             "joint or site", value, "exactly one is needed", next_step="Give a slide joint or the tip's site."
         )
-    if not (isinstance(surface_height, Real) and np.isfinite(surface_height)):
-        raise InputError("surface_height", surface_height, "not a finite number", next_step="Give it in m.")
+    finite_number("surface_height", surface_height, "Give it in m.")
     if joint is not None:
         return _on_joint(m, joint, surface_height, surface_site, surface_normal)
     normal = np.array([0.0, 0.0, 1.0] if surface_normal is None else surface_normal, dtype=float)

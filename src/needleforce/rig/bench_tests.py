@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .. import core
+from ..checks import above_zero
 from ..errors import InputError
 from ..files import atomic_write
 from .specimen import PAPER
@@ -122,8 +123,7 @@ def _modulus(load: float) -> float:
 
 def _check(force: float, position: float, length: float, stiffness: float) -> None:
     for quantity, value in (("force", force), ("position", position), ("stiffness", stiffness)):
-        if not (math.isfinite(value) and value > 0.0):
-            raise InputError(f"bending.{quantity}", value, "must be finite and above 0")
+        above_zero(f"bending.{quantity}", value)
     if not position <= length < math.inf:
         raise InputError("bending.position", position, f"must be at most the length of the needle, {length} m")
 

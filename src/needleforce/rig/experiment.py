@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..checks import within
 from ..errors import InputError
 from ..recording import Card, Recording
 from .bench_tests import NEEDLE_MODULUS, TISSUE_MODULUS, BendingTest, TensionTest, bend_needle, pull_tissue
@@ -198,8 +199,7 @@ def _check(seed: int, sites: int, speeds: Sequence[float], depth: float) -> None
         raise InputError("speeds", list(speeds), "must each be above 0 and at most 0.1 m/s")
     if len(set(speeds)) != len(speeds):
         raise InputError("speeds", list(speeds), "each speed must occur once", next_step="Give more sites instead.")
-    if not 6e-3 <= depth <= 60e-3:
-        raise InputError("depth", f"{depth} m", "outside 6e-3 to 60e-3 m")
+    within("depth", depth, 6e-3, 60e-3, "m")
 
 
 def truth(nominal: Specimen, sites: Sequence[PhantomSite], needle_moduli: np.ndarray) -> dict[str, Truth]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import not_below_zero
 from ..errors import InputError
 
 # ATI Nano17, calibration SI-12-0.12: 12 N across, 17 N along the axis, 120 N mm; 1/320 N and 1/64 N mm. The paper names
@@ -51,8 +52,7 @@ class Sensor:
                 "sensor.filter_length", self.filter_length, "must be an integer number of samples, at least 1"
             )
         for quantity in ("noise", "torque_noise", "bias"):
-            if not (np.isfinite(getattr(self, quantity)) and getattr(self, quantity) >= 0.0):
-                raise InputError(f"sensor.{quantity}", getattr(self, quantity), "must be finite and at least 0")
+            not_below_zero(f"sensor.{quantity}", getattr(self, quantity))
 
     def record(self, wrench: dict[str, np.ndarray], random: np.random.Generator) -> dict[str, np.ndarray]:
         """Record a true wrench.

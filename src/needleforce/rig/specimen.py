@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import core
+from ..checks import not_below_zero
 from ..errors import InputError
 from ..models.model import Insertion, Model
 
@@ -80,8 +81,7 @@ class Unmodelled:
 
     def __post_init__(self):
         for quantity, value in vars(self).items():
-            if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"specimen.{quantity}", value, "must be finite and at least 0")
+            not_below_zero(f"specimen.{quantity}", value)
 
 
 NOTHING_UNMODELLED = Unmodelled(dimple=0.0, spreading_force=0.0, friction_growth=0.0)
@@ -246,8 +246,7 @@ class Scatter:
 
     def __post_init__(self):
         for quantity, value in vars(self).items():
-            if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(f"scatter.{quantity}", value, "must be finite and at least 0")
+            not_below_zero(f"scatter.{quantity}", value)
 
 
 @dataclass(frozen=True)

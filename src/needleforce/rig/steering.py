@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import core
-from ..errors import InputError
+from ..checks import above_zero, not_below_zero
 from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
@@ -79,12 +79,9 @@ class SteeringPhantom:
 
     def __post_init__(self) -> None:
         for quantity, value in vars(self).items():
-            if quantity == "needle":
-                continue
-            positive = quantity in _POSITIVE
-            if not (np.isfinite(value) and (value > 0.0 if positive else value >= 0.0)):
-                limit = "must be finite and " + ("above 0" if positive else "at least 0")
-                raise InputError(f"{quantity} of the steering phantom", value, limit, next_step="Give SI units.")
+            if quantity != "needle":
+                check = above_zero if quantity in _POSITIVE else not_below_zero
+                check(f"{quantity} of the steering phantom", value, next_step="Give SI units.")
 
     def layers(self, random: np.random.Generator) -> list[core.LateralLayer]:
         """The layers of one site."""

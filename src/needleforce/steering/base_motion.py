@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..checks import finite_array
 from ..errors import InputError
 from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
@@ -53,10 +54,7 @@ class BaseMotion:
                 "shapes of depth, lateral, roll", shapes, "must be (n,), (n, 2), (n,)", next_step="Give a row a step."
             )
         for quantity in ("depth", "lateral", "roll"):
-            if not np.all(np.isfinite(getattr(self, quantity))):
-                raise InputError(
-                    f"{quantity} of a base motion", "not finite", "must be numbers", next_step="Leave the row out."
-                )
+            finite_array(f"{quantity} of a base motion", getattr(self, quantity), "Leave the row out.")
 
     def __len__(self) -> int:
         return len(self.depth)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import finite_number
 from ..errors import InputError
 
 
@@ -52,9 +53,7 @@ class Unicycle:
     ahead = 0.0  # distance of the tip ahead of the frame that turns [m]
 
     def __init__(self, curvature: float):
-        if not math.isfinite(curvature):
-            raise InputError("curvature", f"{curvature} 1/m", "not finite", next_step="Give 0 for a straight path.")
-        self.curvature = float(curvature)
+        self.curvature = float(finite_number("curvature", curvature, "Give 0 1/m for a straight path."))
         self.reset()
 
     def reset(self) -> None:

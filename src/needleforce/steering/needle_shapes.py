@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..checks import finite_array
 from ..errors import InputError
 from ..recording.formats.detect import tables_of
 from ..recording.table import Table
@@ -52,8 +53,7 @@ class NeedleShape:
         if points.ndim != 2 or points.shape[1] != 3 or len(points) < _FEWEST:
             limit = f"must have {_FEWEST} rows at least, of x, y and z"
             raise InputError(quantity, f"an array of shape {points.shape}", limit, next_step="Give all points.")
-        if not np.all(np.isfinite(points)):
-            raise InputError(quantity, "not finite", "must be numbers", next_step="Leave the others out.")
+        finite_array(quantity, points, "Leave the others out.")
         if np.any(np.diff(points[:, 2]) < 0.0):
             step = "Order them from the surface to the tip."
             raise InputError(f"z of the {quantity}", "it decreases", "must go inwards", next_step=step)

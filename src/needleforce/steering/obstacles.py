@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..checks import above_zero, three_numbers
 from ..errors import InputError
 
 
@@ -30,9 +31,8 @@ class Sphere:
     radius: float
 
     def __post_init__(self) -> None:
-        _three(self.center, "center of a sphere")
-        if not (np.isfinite(self.radius) and self.radius > 0.0):
-            raise InputError("radius of a sphere", f"{self.radius} m", "must be above 0", next_step="Give it in m.")
+        three_numbers("center of a sphere", self.center)
+        above_zero("radius of a sphere", self.radius, "m")
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance of points (n, 3) from its surface, negative inside, (n,) [m]."""
@@ -58,9 +58,8 @@ class Box:
     high: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        _three(self.low, "low corner of a box")
-        _three(self.high, "high corner of a box")
-        if not np.all(np.asarray(self.low) < np.asarray(self.high)):
+        low, high = three_numbers("low corner of a box", self.low), three_numbers("high corner of a box", self.high)
+        if not np.all(low < high):
             limit = "must be below the high corner along each axis"
             raise InputError("low corner of a box", str(tuple(self.low)), limit, next_step="Exchange the values.")
 
@@ -98,8 +97,3 @@ def _checked(found: np.ndarray, count: int) -> np.ndarray:
         limit = f"must be {count} numbers for {count} points"
         raise InputError("signed distance", f"an array of shape {values.shape}", limit, next_step="Return (n,) [m].")
     return values
-
-
-def _three(values: tuple[float, float, float], quantity: str) -> None:
-    if np.shape(values) != (3,) or not np.all(np.isfinite(values)):
-        raise InputError(quantity, repr(values), "must be three finite numbers", next_step="Give x, y, z in m.")

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import above_zero, not_below_zero, three_numbers
 from ..display.markup import listing, table
 from ..display.result import Result
 from ..errors import InputError
@@ -328,10 +329,7 @@ def _faults(problem, simulated, motion, miss, distance):  # type: ignore[no-unty
 
 
 def _target(target: ArrayLike) -> np.ndarray:
-    aim = np.asarray(target, dtype=float)
-    if aim.shape != (3,) or not np.all(np.isfinite(aim)):
-        step = "Give x, y, z in m from the point of entry."
-        raise InputError("target", repr(target), "must be three finite numbers", next_step=step)
+    aim = three_numbers("target", target, "Give x, y, z in m from the point of entry.")
     if not aim[2] > 0.0:
         limit = "must be below the surface"
         raise InputError("depth of the target", f"{1e3 * aim[2]:g} mm", limit, next_step="z is positive inwards.")
@@ -341,8 +339,7 @@ def _target(target: ArrayLike) -> np.ndarray:
 def _check(
     model: SteeringModel, target: np.ndarray, obstacles: Sequence[Obstacle], clearance: float, step: float
 ) -> None:
-    if not (np.isfinite(step) and step > 0.0):
-        raise InputError("step", f"{step} m", "must be above 0", next_step="Give it in m.")
+    above_zero("step", step, "m")
     if target[2] / step > MAX_ROWS:
         limit = f"must give at most {MAX_ROWS} steps to the target"
         raise InputError("step", f"{1e3 * step:g} mm", limit, next_step="Give longer steps.")
@@ -355,8 +352,7 @@ def _check(
             f"the needle reaches {1e3 * reach:g} mm",
             next_step=step_back,
         )
-    if not (np.isfinite(clearance) and clearance >= 0.0):
-        raise InputError("clearance", f"{clearance} m", "must be at least 0", next_step="Give it in m.")
+    not_below_zero("clearance", clearance, "m")
     for name, point in (("target", target), ("point of entry", np.zeros(3))):
         distance = float(distance_to(obstacles, point[None])[0])
         if distance < clearance:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
+from ..checks import one_of
 from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from .needle_shapes import NeedleShape
@@ -160,8 +161,7 @@ def identify_shapes(
     InputError
         If the model is unknown or there is no shape.
     """
-    if model not in SHAPE_MODELS:
-        raise InputError("model", repr(model), "unknown", next_step=f"Give one of {', '.join(SHAPE_MODELS)}.")
+    one_of("model", model, SHAPE_MODELS)
     if not shapes:
         raise InputError("shapes", 0, "needed", next_step="Give nf.steering.read_shapes(file).")
     places = [np.linspace(each.points[0, 2], each.points[-1, 2], _POINTS) for each in shapes]

@@ -9,6 +9,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from ..checks import finite_array
 from ..errors import InputError
 from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ..preset_files.build import make_needle, needle_lines
@@ -100,7 +101,7 @@ def _model(found: SteeringFile) -> SteeringModel:
     parameters = tuple(_parameter(name, found.values) for name in found.identified)
     needle = make_needle(found.needle)
     assert needle is not None
-    covariance = _array(found.covariance, (len(parameters), len(parameters)), "covariance")
+    covariance = finite_array("covariance", found.covariance, _NEXT, (len(parameters), len(parameters)))
     _check(found, covariance)
     insertions = tuple(_tip_path(each) for each in found.insertions)
     values = ALIGNED | found.values
@@ -139,19 +140,12 @@ def _parameter(name: str, values: dict[str, float]) -> Parameter:
 def _tip_path(rows: InsertionRows) -> TipPath:
     n = len(rows.roll)
     place = f"insertion {rows.name}"
-    slope = _array(rows.slope, (n, 2), f"slope of {place}") if rows.slope else None
-    base, tip = _array(rows.base, (n, 2), f"base of {place}"), _array(rows.tip, (n, 3), f"tip of {place}")
-    return TipPath(rows.name, base, tip, slope, rows.start, roll=_array(rows.roll, (n,), f"roll of {place}"))
-
-
-def _array(rows: Sequence, shape: tuple[int, ...], quantity: str) -> np.ndarray:
-    try:
-        values = np.array(rows, dtype=float)
-    except ValueError:
-        values = np.zeros(0)
-    if values.shape != shape or not np.all(np.isfinite(values)):
-        raise InputError(quantity, f"shape {values.shape}", f"must be {shape} finite numbers", next_step=_NEXT)
-    return values
+    slope = finite_array(f"slope of {place}", rows.slope, _NEXT, (n, 2)) if rows.slope else None
+    base = finite_array(f"base of {place}", rows.base, _NEXT, (n, 2))
+    tip = finite_array(f"tip of {place}", rows.tip, _NEXT, (n, 3))
+    return TipPath(
+        rows.name, base, tip, slope, rows.start, roll=finite_array(f"roll of {place}", rows.roll, _NEXT, (n,))
+    )
 
 
 def _insertion(path: TipPath) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..errors import InputError
+from ..checks import one_of
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,7 @@ def held_at(parameters: Sequence[Parameter], held: str) -> tuple[Parameter, ...]
     InputError
         If it is held otherwise.
     """
-    if held not in ("guide", "hub"):
-        raise InputError("held", repr(held), "unknown", next_step="Give guide or hub.")
+    one_of("held", held, ("guide", "hub"))
     return tuple(p for p in parameters if held == "guide" or p.name != "guide_distance")
 
 

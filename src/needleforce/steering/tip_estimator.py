@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
+from ..checks import three_numbers
 from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
@@ -101,9 +102,7 @@ class TipEstimator:
             raise InputError("modes", modes, f"must be a whole number from 0 to {MAX_MODES}", next_step="Give 4.")
         if isinstance(model, FlexibleInsertion) and model.planar:
             raise InputError("model", "planar", "must be in space", next_step="Give planar=False to FlexibleInsertion.")
-        self.model, self.entry = steering_model(model, axial), np.asarray(entry, dtype=float)
-        if self.entry.shape != (3,) or not np.all(np.isfinite(self.entry)):
-            raise InputError("entry", repr(entry), "must be three finite numbers", next_step="Give x, y, z in m.")
+        self.model, self.entry = steering_model(model, axial), three_numbers("entry", entry)
         given = not self.model.identified
         if given and options:
             step = "Give them to FlexibleInsertion."

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .. import core
+from ..checks import one_of
 from ..errors import InputError
 from .path_errors import PathErrors
 from .path_prediction import PathPredictor, readings_of, residuals_of
@@ -104,8 +105,7 @@ def identify_paths(
         If the model is unknown, there is no insertion, the tip is not tracked for three rows, or it was recorded in
         another frame than the base.
     """
-    if model not in MODELS:
-        raise InputError("model", repr(model), "unknown", next_step=f"Give one of {', '.join(MODELS)}.")
+    one_of("model", model, MODELS)
     if not insertions or any(len(path) < 3 for path in insertions):
         limit = "needed with a tip in at least three rows each"
         raise InputError("insertions", len(insertions), limit, next_step="Give nf.steering.read(file).")

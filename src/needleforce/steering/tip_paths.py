@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..errors import InputError
+from ..checks import finite_array
 
 ENTRY = 6e-3  # [m] of travel that count as the entry
 MAX_COMPARED = 60  # rows of an insertion that a fit compares
@@ -51,12 +51,8 @@ class TipPath:
             values = getattr(self, quantity)
             if values is None:
                 continue
-            if np.shape(values) != shape:
-                got, step = f"shape {np.shape(values)}", "Give a row a step."
-                raise InputError(f"{quantity} of {self.name}", got, f"must be {shape}", next_step=step)
-            if not np.all(np.isfinite(values)):
-                step = "Leave out rows without a reading."
-                raise InputError(f"{quantity} of {self.name}", "not finite", "must be numbers", next_step=step)
+            step = "Give a row a step, and leave out rows without a reading."
+            finite_array(f"{quantity} of {self.name}", values, step, shape)
 
     def __len__(self) -> int:
         return len(self.base)

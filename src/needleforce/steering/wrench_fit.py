@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 
 from .. import core
+from ..checks import finite_array, one_of
 from ..errors import InputError
 from ..recording import Recording
 from .path_prediction import PathPredictor
@@ -51,18 +52,9 @@ class BaseWrench:
 
     def __post_init__(self) -> None:
         n = len(self.depth)
-        for quantity, shape in (("base", (n, 2)), ("roll", (n,)), ("lateral", (n, 4))):
-            if np.shape(getattr(self, quantity)) != shape:
-                raise InputError(
-                    f"shape of {quantity}",
-                    np.shape(getattr(self, quantity)),
-                    f"must be {shape}",
-                    next_step="Give a row a step.",
-                )
-        for quantity in ("depth", "base", "roll", "lateral"):
-            if not np.all(np.isfinite(getattr(self, quantity))):
-                step = "Leave these rows out."
-                raise InputError(f"{quantity} of {self.name}", "not finite", "must be numbers", next_step=step)
+        step = "Give a row a step, and leave out rows without a reading."
+        for quantity, shape in (("depth", None), ("base", (n, 2)), ("roll", (n,)), ("lateral", (n, 4))):
+            finite_array(f"{quantity} of {self.name}", getattr(self, quantity), step, shape)
 
     def __len__(self) -> int:
         return len(self.depth)
@@ -191,8 +183,7 @@ def identify_wrenches(
     InputError
         If the model is unknown, or an insertion has less than three rows.
     """
-    if model not in WRENCH_MODELS:
-        raise InputError("model", repr(model), "unknown", next_step=f"Give one of {', '.join(WRENCH_MODELS)}.")
+    one_of("model", model, WRENCH_MODELS)
     if not insertions or any(len(each) < 3 for each in insertions):
         limit = "needed with at least three rows each"
         raise InputError("insertions", len(insertions), limit, next_step="Give nf.steering.base_wrench(…).")

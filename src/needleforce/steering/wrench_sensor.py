@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import above_zero, finite_array
 from ..errors import InputError
 
 _NO_TURN = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -58,22 +59,14 @@ class WrenchSensor:
 
     def __post_init__(self) -> None:
         for quantity, shape in (("position", (3,)), ("axes", (3, 3)), ("weight", (3,)), ("center", (3,))):
-            value = np.asarray(getattr(self, quantity), dtype=float)
-            if value.shape != shape or not np.all(np.isfinite(value)):
-                limit = f"must be {' by '.join(map(str, shape))} finite numbers"
-                raise InputError(
-                    f"{quantity} of the sensor", repr(getattr(self, quantity)), limit, next_step="Give SI units."
-                )
+            finite_array(f"{quantity} of the sensor", getattr(self, quantity), "Give SI units.", shape)
         axes = np.asarray(self.axes, dtype=float)
         if not np.allclose(axes @ axes.T, np.eye(3), atol=1e-6):
             limit = "must be perpendicular unit vectors"
             raise InputError("axes of the sensor", axes.tolist(), limit, next_step="Give the rows of a rotation.")
         for quantity in ("force_noise", "moment_noise"):
-            if not (np.isfinite(getattr(self, quantity)) and getattr(self, quantity) > 0.0):
-                step = "Give a standard deviation in N or N m."
-                raise InputError(
-                    f"{quantity} of the sensor", getattr(self, quantity), "must be above 0", next_step=step
-                )
+            step = "Give a standard deviation in N or N m."
+            above_zero(f"{quantity} of the sensor", getattr(self, quantity), next_step=step)
 
     def readings(self, wrench: ArrayLike, roll: ArrayLike = 0.0) -> np.ndarray:
         """What the sensor reads.

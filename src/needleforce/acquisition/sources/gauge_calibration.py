@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ...errors import InputError
 from ...files import decode_toml, read_bytes, xml_root
 from ...units import size
-from ...wire.rdt import AXES, SATURATED
+from ...wire.net_ft import AXES, SATURATED
 
 _NEXT_STEP = "See docs/protocols.md for the three layouts."
 GAUGES = 6

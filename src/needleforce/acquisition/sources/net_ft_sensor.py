@@ -11,8 +11,18 @@ from urllib.parse import urlsplit
 
 from ...errors import InputError
 from ...files import read_bytes
-from ...wire.rdt import PORT, RECORD_SIZE, Command, Packet, pack_request, unpack_records
-from ...wire.sensor_configuration import MAX_PAGE_BYTES, PAGE, SensorConfiguration, parse_configuration
+from ...wire.net_ft import (
+    MAX_PAGE_BYTES,
+    PAGE,
+    PORT,
+    RECORD_SIZE,
+    Command,
+    Packet,
+    SensorConfiguration,
+    pack_request,
+    parse_configuration,
+    unpack_records,
+)
 from .arrival_time import Received, StampedSocket, ask_for_drops
 from .sequence import Unwrapped
 from .source import ForceSample

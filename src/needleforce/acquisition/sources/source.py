@@ -11,8 +11,8 @@ class ForceSample(NamedTuple):
 
     ``sequence`` is its unwrapped number. Times [ns]: ``device`` on the source's clock, ``arrival`` by the kernel's time
     stamp if there is one, ``read`` when the program read it; the last two are on the same clock. ``wrench`` [N, N m] is
-    in the order of ``wire.rdt.AXES``. ``status`` is as in ``wire.rdt``, 0 for healthy. ``fresh`` is whether it is a new
-    measurement by its counters: not repeated, not overtaken, and without a jump that no loss explains.
+    in the order of ``wire.net_ft.AXES``. ``status`` is as in ``wire.net_ft``, 0 for healthy. ``fresh`` is whether it is
+    a new measurement by its counters: not repeated, not overtaken, and without a jump that no loss explains.
     """
 
     sequence: int

@@ -19,7 +19,7 @@ from ...recording.roles import RECORDINGS, Column, Vocabulary, assign_columns
 from ...recording.table import Table
 from ...units import parse
 from ...wire.axis_lines import AxisState
-from ...wire.rdt import AXES
+from ...wire.net_ft import AXES
 from .arrival_time import host_time_ns
 from .gauge_calibration import GAUGES, Calibration
 from .sequence import Unwrapped

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import core
+from ...checks import instance_of
 from ...errors import InputError
 from ...files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ...models.model import Model
@@ -197,12 +198,8 @@ class CondensedInsertion(core.CondensedInsertion):
         hold_time: float = 0.0,
         bevel: core.Bevel | None = None,
     ):
-        if not isinstance(model, Model):
-            step = "Give nf.preset(…) or nf.Model(…)."
-            raise InputError("model", type(model).__name__, "not a Model", next_step=step)
-        if not isinstance(tissue, CondensedTissue):
-            step = "Give tissue.condense(path), or load_condensed(file)."
-            raise InputError("tissue", type(tissue).__name__, "not a CondensedTissue", next_step=step)
+        instance_of("model", model, Model, "Give nf.preset(…) or nf.Model(…).")
+        instance_of("tissue", tissue, CondensedTissue, "Give tissue.condense(path), or load_condensed(file).")
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
         super().__init__(tissue.spacing, tissue.compliance, model.stack, limits, bevel or core.Bevel())
         self.model, self.tissue = model, tissue

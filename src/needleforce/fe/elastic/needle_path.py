@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.sparse import csc_array
 
+from ...checks import above_zero
 from ...errors import InputError
 from ..mesh.mesh import Mesh
 from .elements import Elements, Symmetry
@@ -66,9 +67,7 @@ class NeedlePath:
 
     def __post_init__(self) -> None:
         for quantity in ("depth", "spacing", "radius"):
-            value = getattr(self, quantity)
-            if not (np.isfinite(value) and value > 0.0):
-                raise InputError(f"{quantity} of the path", f"{value} m", "must be above 0", next_step="Give it in m.")
+            above_zero(f"{quantity} of the path", getattr(self, quantity), "m")
         if self.depth < self.spacing:
             raise InputError("spacing", f"{1e3 * self.spacing:g} mm", f"the path is {1e3 * self.depth:g} mm deep")
 

@@ -4,6 +4,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...checks import above_zero
 from ...errors import InputError
 from ..materials import Elastic
 from ..mesh.block import axisymmetric_block
@@ -99,8 +100,7 @@ def _bonded(tissue: Tissue, length: float, radius: float) -> float:
 
 
 def _check(lengths: np.ndarray, radius: float, wide: float, deep: float) -> None:
-    if not (np.isfinite(radius) and radius > 0.0):
-        raise InputError("radius", f"{radius} m", "must be above 0", next_step="Give it in m.")
+    above_zero("radius", radius, "m")
     if not lengths.size:
         raise InputError("depth", "empty", "must be lengths", next_step="Give embedded lengths in m.")
     if lengths.max() > _MAX_DEPTH:

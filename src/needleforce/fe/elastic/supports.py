@@ -7,6 +7,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from ...checks import one_of
 from ...errors import InputError
 from ..mesh.mesh import Mesh
 from .elements import Elements, Symmetry
@@ -78,10 +79,8 @@ def held(elements: Elements, supports: Mapping[str, str]) -> np.ndarray:
 
 
 def _support(kind: str, name: str) -> Support:
-    try:
-        return Support(kind)
-    except ValueError:
-        raise InputError(f"support of {name!r}", kind, f"must be one of {', '.join(Support)}") from None
+    one_of(f"support of {name!r}", kind, Support)
+    return Support(kind)
 
 
 def _hold(mask: np.ndarray, elements: Elements, facets: np.ndarray, support: Support, name: str) -> None:

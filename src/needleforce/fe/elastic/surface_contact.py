@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...checks import above_zero
 from ...errors import InputError
 from .elements import Symmetry
 from .supports import unknowns_of
@@ -68,8 +69,7 @@ def press(tissue: Tissue, tip: Any, depth: ArrayLike, reach: float) -> SurfaceCo
     depths = np.atleast_1d(np.asarray(depth, dtype=float))
     if depths.ndim != 1 or not depths.size:
         raise InputError("depth", f"of shape {depths.shape}", "must be one row", next_step="Give depths (n,) in m.")
-    if not (np.isfinite(reach) and reach > 0.0):
-        raise InputError("reach", f"{reach} m", "must be above 0", next_step="Give more than the contact radius, in m.")
+    above_zero("reach", reach, "m", "Give more than the contact radius, in m.")
     if not np.all(depths >= 0.0) or not np.all(np.isfinite(depths)):
         raise InputError("depth", depths.min(), "must be finite and at least 0", next_step="Depth is positive inwards.")
     nodes, radius = _surface(tissue, reach)

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...checks import above_zero, instance_of
 from ...errors import InputError
 from ..materials import Elastic
 from ..mesh.mesh import Mesh
@@ -61,8 +62,7 @@ class Tissue:
         self.materials = _materials(mesh, materials)
         self.symmetry = _symmetry(mesh, symmetry)
         self.supports = dict({"bottom": "fixed"} if supports is None else supports)
-        if not (np.isfinite(thickness) and thickness > 0.0):
-            raise InputError("thickness", f"{thickness} m", "must be above 0", next_step="Give it in m.")
+        above_zero("thickness", thickness, "m")
         self.elements = Elements(mesh, self.symmetry, _order(mesh, order, self.materials), thickness)
         self.held = held(self.elements, self.supports)
 
@@ -178,10 +178,8 @@ class Tissue:
 
 def check_kinds(tissue: object, path: object) -> None:
     """Raise InputError for what is no tissue or no path."""
-    for name, value, kind in (("tissue", tissue, Tissue), ("path", path, NeedlePath)):
-        if not isinstance(value, kind):
-            step = f"Give an fe.{kind.__name__}."
-            raise InputError(name, type(value).__name__, f"not a {kind.__name__}", next_step=step)
+    instance_of("tissue", tissue, Tissue, "Give an fe.Tissue.")
+    instance_of("path", path, NeedlePath, "Give an fe.NeedlePath.")
 
 
 def _materials(mesh: Mesh, materials: Elastic | Mapping[str, Elastic]) -> dict[str, Elastic]:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...checks import above_zero
 from ...errors import InputError
 from ..elastic.needle_path import NeedlePath
 from ..elastic.tissue import Tissue
@@ -138,8 +139,8 @@ def _checked(
         raise InputError("displacements", size, f"the body is {reach:.3g} m large", next_step="Give them in m.")
     if not np.all(np.isfinite(at)):
         raise InputError("place of a marker", "not finite", "every marker has one")
-    if noise is not None and not (np.isfinite(noise) and noise > 0.0):
-        raise InputError("noise", f"{noise} m", "must be above 0", next_step="Leave it out to have it found.")
+    if noise is not None:
+        above_zero("noise", noise, "m", "Leave it out to have it found.")
     return at, moved, np.all(np.isfinite(moved), axis=1)
 
 

@@ -7,12 +7,12 @@ some depths; its logarithm is linear in the logarithm of that factor, and nearly
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...checks import finite_number
 from ...core import tips
 from ...display.quantities import plain
 from ...errors import InputError
@@ -24,7 +24,7 @@ from ...identification.statistics.noise import TWO_SIDED, noise_of
 from ...identification.statistics.regression import inverse
 from ..hyperelastic.pressed_solid import HyperelasticParameters, PressedSolid, young_modulus
 from ..hyperelastic.tissue import HyperelasticTissue
-from ..materials import Hyperelastic, NeoHookean
+from ..materials import Hyperelastic, NeoHookean, check_labels
 
 _MAX_CHANGE = 1.5  # of one, in a turn
 _MAX_TURNS = 10
@@ -176,12 +176,9 @@ def _check_choices(bonded: object, steps: object, labels: object, contact_depth:
         raise InputError("bonded", repr(bonded)[:60], "must be True or False")
     if not isinstance(steps, (int, np.integer)) or isinstance(steps, bool):
         raise InputError("steps", repr(steps)[:60], "must be a whole number", next_step="Use 10.")
-    if isinstance(labels, str) or not isinstance(labels, Sequence) or len(set(labels)) < len(labels):
-        raise InputError(
-            "labels", repr(labels)[:60], "must be names, each once", next_step='Give labels=("skin", "fat").'
-        )
-    if contact_depth is not None and not (isinstance(contact_depth, Real) and np.isfinite(contact_depth)):
-        raise InputError("contact_depth", repr(contact_depth)[:60], "not a finite number", next_step="Give it in m.")
+    check_labels(labels)
+    if contact_depth is not None:
+        finite_number("contact_depth", contact_depth, "Give it in m.")
 
 
 def _checked(depth: ArrayLike, force: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

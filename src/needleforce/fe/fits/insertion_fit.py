@@ -4,11 +4,11 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from numbers import Real
 from typing import Any
 
 import numpy as np
 
+from ...checks import finite_number
 from ...display.axes import DEPTH, FORCE
 from ...display.canvas import MEASURED, MODEL
 from ...display.quantities import plain
@@ -20,7 +20,7 @@ from ...recording.source import RecordingSource, recording_of
 from ..elastic.condensed import CondensedTissue
 from ..elastic.needle_path import NeedlePath, layers_along
 from ..elastic.tissue import Tissue, check_kinds
-from ..materials import Elastic
+from ..materials import Elastic, check_labels
 from ..mesh.block import graded_lines, grid
 from .insertion_curve import InsertionCurve, insertion_curve
 from .insertion_search import Found, InsertionSearch, StiffnessByLabel, stiffness_by_label
@@ -211,10 +211,7 @@ def _layers(tissue: Tissue, path: NeedlePath) -> list[tuple[str, float]]:
 
 
 def _check_labels(labels: Sequence[str], tissue: Tissue) -> None:
-    if isinstance(labels, str) or not isinstance(labels, Sequence) or len(set(labels)) < len(labels):
-        raise InputError(
-            "labels", repr(labels)[:60], "must be names, each once", next_step='Give labels=("skin", "fat").'
-        )
+    check_labels(labels)
     unknown = [label for label in labels if label not in tissue.materials]
     if unknown:
         raise InputError("label", unknown[0], f"the mesh has {list(tissue.materials)}")
@@ -222,8 +219,8 @@ def _check_labels(labels: Sequence[str], tissue: Tissue) -> None:
 
 def _check_depths(**depths: float | None) -> None:
     for name, value in depths.items():
-        if value is not None and not (isinstance(value, Real) and np.isfinite(value)):
-            raise InputError(name, repr(value)[:60], "not a finite number", next_step="Give it in m.")
+        if value is not None:
+            finite_number(name, value, "Give it in m.")
     contact, puncture = depths["contact_depth"], depths["puncture_depth"]
     if contact is not None and puncture is not None and puncture < contact:
         limit = f"must not be above the contact at {1e3 * contact:.4g} mm"

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import instance_of
 from ...errors import InputError
 from ..elastic.elements import Symmetry
 from ..elastic.factorisation import Factor
@@ -43,9 +44,7 @@ class PressedSolid:
     """
 
     def __init__(self, tissue: HyperelasticTissue, boundary: str, *, bonded: bool, steps: int):
-        if not isinstance(tissue, HyperelasticTissue):
-            step = "Use nf.fe.fit_modulus for linear tissue."
-            raise InputError("tissue", type(tissue).__name__, "must be a HyperelasticTissue", next_step=step)
+        instance_of("tissue", tissue, HyperelasticTissue, "Use nf.fe.fit_modulus for linear tissue.")
         if steps < _MIN_STEPS:
             raise InputError("steps", steps, f"must be {_MIN_STEPS} or more", next_step="Use 10.")
         self.tissue, self.boundary, self.bonded, self.steps = tissue, boundary, bonded, steps

@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ...checks import within
 from ...errors import InputError
 from .mesh import Mesh
 
@@ -86,8 +87,7 @@ def graded_lines(stops: Sequence[float], size_at: Callable[[np.ndarray], np.ndar
 
 def _across(low: float, high: float, cell: float, growth: float) -> np.ndarray:
     _lengths((cell,), (1,))
-    if not 0.0 <= growth <= 10.0:
-        raise InputError("growth", growth, "must be 0 to 10", next_step="Use 0.25.")
+    within("growth", growth, 0.0, 10.0, next_step="Use 0.25.")
     stops = [low, 0.0, high] if low < 0.0 else [0.0, high]
     return graded_lines(stops, lambda x: cell + growth * np.maximum(np.abs(x) - cell, 0.0))
 

@@ -8,6 +8,7 @@ from numbers import Real
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...checks import above_zero, within
 from ...errors import InputError
 from .block import Layers, axisymmetric_block, graded_lines
 from .mesh import Mesh
@@ -160,10 +161,8 @@ def is_row(values: object) -> bool:
 
 def _check(radius: float, depth: float, cell: float, growth: float) -> None:
     for quantity, value in (("radius of the cylinder", radius), ("depth of the cylinder", depth), ("cell", cell)):
-        if not (isinstance(value, Real) and np.isfinite(value) and value > 0.0):
-            raise InputError(quantity, f"{value} m", "must be above 0", next_step="Give it in m.")
-    if not (isinstance(growth, Real) and 0.05 <= growth <= 2.0):
-        raise InputError("growth", growth, "must be 0.05 to 2", next_step="Use 0.4.")
+        above_zero(quantity, value, "m")
+    within("growth", growth, 0.05, 2.0, next_step="Use 0.4.")
 
 
 def _check_needle(radius: float, depth: float, needle_depth: float, entry: np.ndarray) -> None:

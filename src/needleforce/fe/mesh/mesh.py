@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ...checks import one_of
 from ...errors import InputError
 
 CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
@@ -59,8 +60,7 @@ class Mesh:
 
     def __post_init__(self) -> None:
         points, cells = np.asarray(self.points, dtype=float), np.asarray(self.cells)
-        if self.shape not in CORNERS:
-            raise InputError("shape of cells", self.shape, f"must be one of {', '.join(CORNERS)}")
+        one_of("shape of cells", self.shape, CORNERS)
         _check_arrays(points, cells, self.shape)
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "cells", cells.astype(np.int64))

@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import issparse
 
+from ...checks import above_zero, finite_number, not_below_zero, within
 from ...errors import InputError
 from ..elastic.needle_path import NeedlePath, check_resolved
 from .bounded_forces import bounded_forces
-from .dynamics import check_step, product
+from .dynamics import product
 from .insertion_run import InsertionEnergy, InsertionRun, InsertionState
 
 _OWN_COMPLIANCE = 1e-6  # of the tip, as a share of the path's, by which its force differs from friction at its place
@@ -65,11 +66,9 @@ class DynamicInsertion:
         theta: float = 0.55,
         settling: float = 5e-3,
     ):
-        check_step(dt)
-        if not 0.5 <= theta <= 1.0:
-            raise InputError("theta", theta, "must be 0.5 to 1", next_step="Use 0.55.")
-        if not 0.0 < settling < np.inf:
-            raise InputError("settling", f"{settling} s", "must be above 0", next_step="Use 0.005.")
+        above_zero("time step", dt, "s")
+        within("theta", theta, 0.5, 1.0, next_step="Use 0.55.")
+        above_zero("settling", settling, "s", "Use 0.005.")
         self.model, self.path, self.dt = model, path, float(dt)
         self.theta, self.settling = float(theta), float(settling)
         self.friction = _at_nodes("friction per length", friction, path, "N/m")
@@ -255,16 +254,11 @@ def stroke(depth: float, speed: float, dt: float, *, start: float = 0.0, hold: f
     InputError
         If a value is not finite, the speed or the step is not above 0, or the hold is negative.
     """
-    check_step(dt)
-    for quantity, value, valid in (
-        ("depth of the stroke", depth, True),
-        ("start of the stroke", start, True),
-        ("speed", speed, speed > 0.0),
-        ("hold", hold, hold >= 0.0),
-    ):
-        if not (np.isfinite(value) and valid):
-            limit = "must be above 0" if quantity == "speed" else "must be finite and at least 0"
-            raise InputError(quantity, value, limit, next_step="Give it in SI units.")
+    above_zero("time step", dt, "s")
+    finite_number("depth of the stroke", depth, "Give it in SI units.")
+    finite_number("start of the stroke", start, "Give it in SI units.")
+    above_zero("speed", speed, next_step="Give it in SI units.")
+    not_below_zero("hold", hold, next_step="Give it in SI units.")
     moving = max(int(np.ceil(abs(depth - start) / (speed * dt) - 1e-9)), 0)
     travel = np.minimum(speed * dt * np.arange(1, moving + 1), abs(depth - start))
     return np.append(start + np.sign(depth - start) * travel, np.full(round(hold / dt), float(depth)))

@@ -12,6 +12,7 @@ from scipy.linalg import eigvalsh, lu_factor, lu_solve
 from scipy.sparse import csr_array, diags_array, issparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
+from ...checks import above_zero, within
 from ...errors import InputError
 from ..elastic.factorisation import Factor
 
@@ -197,11 +198,9 @@ class Newmark:
     """
 
     def __init__(self, system: DynamicSystem, dt: float, *, beta: float = 0.25, gamma: float = 0.5):
-        check_step(dt)
-        if not 0.0 <= beta <= 1.0:
-            raise InputError("beta", beta, "must be 0 to 1", next_step="Use 0.25, or 0 for central differences.")
-        if not 0.5 <= gamma <= 2.0:
-            raise InputError("gamma", gamma, "must be 0.5 to 2: motion grows below", next_step="Use 0.5.")
+        above_zero("time step", dt, "s")
+        within("beta", beta, 0.0, 1.0, next_step="Use 0.25, or 0 for central differences.")
+        within("gamma", gamma, 0.5, 2.0, next_step="Use 0.5: motion grows below.")
         self.system, self.dt, self.beta, self.gamma = system, float(dt), float(beta), float(gamma)
         self._check_critical()
         self._solve = system.solver(gamma * dt, beta * dt**2)
@@ -262,12 +261,6 @@ class Newmark:
             limit = f"must be at most {self.critical_step:.4g} s, the critical step of beta={self.beta:g}"
             step = "Use a shorter step, larger cells, or beta=0.25, which is stable at any step."
             raise InputError("time step", f"{self.dt:.4g} s", limit, next_step=step)
-
-
-def check_step(dt: float) -> None:
-    """Raise InputError unless a step [s] is above 0."""
-    if not 0.0 < dt < np.inf:
-        raise InputError("time step", f"{dt} s", "must be above 0", next_step="Give it in s.")
 
 
 def product(matrix: Any, vectors: np.ndarray) -> np.ndarray:

@@ -306,12 +306,12 @@ class GradualEstimates:
         """Half widths of the peak's depth, indentation and force, by the delta method with all parameters."""
         numbers = np.concatenate([self.coefficients, self.numbers])
         at = lambda x: self.peak(*np.split(x, [N_LINEAR])[::-1])  # noqa: E731
-        base, by = np.array(at(numbers)), []
+        by = []
         for k in range(len(numbers)):
             step = np.zeros(len(numbers))
             step[k] = 1e-3 * max(abs(numbers[k]), 1e-2)
             by.append((np.array(at(numbers + step)) - np.array(at(numbers - step))) / (2.0 * step[k]))
-        return _widths(base, np.array(by).T, self.search_covariance, self.unit, reduced)
+        return _widths(np.array(by).T, self.search_covariance, self.unit, reduced)
 
     def loading(self, law: str, loading: DeformationFit, reduced: Strokes, peak: int) -> DeformationFit:
         """The fit as that of the loading curve: its residual on the samples up to the peak."""
@@ -324,7 +324,7 @@ class GradualEstimates:
         )  # fmt: skip
 
 
-def _widths(base: np.ndarray, by: np.ndarray, covariance: np.ndarray, unit: float, reduced: Strokes) -> dict:
+def _widths(by: np.ndarray, covariance: np.ndarray, unit: float, reduced: Strokes) -> dict:
     """Half widths from the derivatives ``by`` (2, p) of depth and force of the peak."""
     variance = by @ covariance @ by.T
     place = N_LINEAR  # of the contact among the numbers

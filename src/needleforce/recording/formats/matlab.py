@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """MATLAB 4 and 5 by scipy: vectors, matrices, structs within each other and arrays of structs; version 7.3 is HDF5."""
 
+import os
 import re
 import struct
+import zlib
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -16,6 +19,10 @@ from .arrays import Array, FileArrays, check_size, orientation, reading
 _FORMAT = "MATLAB"
 _MAX_DEPTH = 16  # structs within each other
 _VERSION4_NAME = re.compile(rb"[A-Za-z]\w*\0")
+_HEAD_BYTES, _TAG_BYTES = 128, 8  # of a file of MATLAB 5, of an element
+_MATRIX, _COMPRESSED, _OPAQUE = 14, 15, 17  # types of elements, and the class of arrays without a shape
+_FLAGS = [6, 8]  # type and size of an array's first element
+_VALUES = {1, 2, 3, 4, 5, 6, 7, 9, 12, 13, 16, 17, 18}  # types of elements with values
 _EXPORT = (
     "In MATLAB, save it as text with writetable(T, 'run.csv'), or as a struct: S = table2struct(T, 'ToScalar', true)"
 )
@@ -36,9 +43,54 @@ def tables(path: Path) -> list[Table]:
 
     found = FileArrays(path=path, format=_FORMAT, header=matlab_header)
     with reading(path, _FORMAT), open_regular(path) as file:
+        _check_elements(file, path)
         variables = loadmat(file)
         _add_level(found, "", {k: v for k, v in variables.items() if not k.startswith("__")}, [], 0)
     return found.finish()
+
+
+def _check_elements(file: BinaryIO, path: Path) -> None:
+    """Raise ValueError where the elements of a MATLAB 5 file contradict each other: scipy skips some of their tags."""
+    head, whole = file.read(_HEAD_BYTES), os.fstat(file.fileno()).st_size
+    order = "<" if head[126:] == b"IM" else ">"
+    while head.startswith(b"MATLAB 5.0") and whole - file.tell() >= _TAG_BYTES:
+        kind, size = struct.unpack(f"{order}2I", file.read(_TAG_BYTES))
+        if file.tell() + size > whole:
+            raise ValueError("an array ends beyond the file")
+        if kind == _COMPRESSED:
+            content = zlib.decompressobj().decompress(file.read(size), unpacked_limit(whole) + 1)
+            check_size(len(content), unpacked_limit(whole), path)
+            _check_array(BytesIO(content), order, len(content))
+        else:
+            file.seek(-_TAG_BYTES, os.SEEK_CUR)
+            _check_array(file, order, file.tell() + _TAG_BYTES + size)
+    file.seek(0)
+
+
+def _check_array(file: BinaryIO, order: str, end: int) -> None:
+    """Check the elements of one array of the workspace up to its end, those of the arrays within it included."""
+    while file.tell() < end:
+        kind, size = _pass_element(file, order)
+        if kind != _MATRIX or not size:
+            continue
+        *tag, flags, _ = struct.unpack(f"{order}4I", file.read(2 * _TAG_BYTES))
+        if tag != _FLAGS:
+            raise ValueError("an array without flags")
+        if flags & 0xFF != _OPAQUE and (shape := _pass_element(file, order)[1]) < 8:
+            raise ValueError(f"an array with a shape of {shape} bytes")
+    if file.tell() > end:
+        raise ValueError("an array ends within its values")
+
+
+def _pass_element(file: BinaryIO, order: str) -> tuple[int, int]:
+    """Type and size of the next element; the file is then behind its values, for an array at the first within it."""
+    kind, size = struct.unpack(f"{order}2I", file.read(_TAG_BYTES))
+    short, kind = kind >> 16, kind & 0xFFFF  # the size of one whose values are in the tag
+    if short > 4 or (kind not in _VALUES and (short or kind != _MATRIX)):
+        raise ValueError(f"an element of the type {kind} and {short or size} bytes")
+    if not short and kind != _MATRIX:
+        file.seek(size + -size % 8, os.SEEK_CUR)
+    return kind, short or size
 
 
 def matlab_header(name: str, index: int) -> str:

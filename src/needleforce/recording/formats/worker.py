@@ -35,6 +35,7 @@ _MEMORY_BYTES = 3 << 29  # address space for one file, beyond that of the proces
 _MEMORY_PER_BYTE = 60  # more for each byte of it
 _KEPT_S = 5.0  # that a file stays open after the last request
 _WALL_FACTOR = 8.0  # on a computer that is busy with other things
+_POLLS = hasattr(select, "poll")  # elsewhere a thread waits; to start one takes longer than to read a small column
 _LENGTH = struct.Struct("<Q")
 _PARTS = ("quantity", "value", "limit", "place", "next_step")
 _PLAIN = ("headers", "units", "name", "sha256", "row_name", "first_row", "has_header", "preamble")  # parts of a table
@@ -113,10 +114,13 @@ class _Worker:
         except OSError:
             return None, bytearray()
         timer = threading.Timer(wall_s, process.kill)
-        timer.start()
+        if not _POLLS:
+            timer.start()
         try:
             process.stdin.write(json.dumps(request).encode() + b"\n")
             process.stdin.flush()
+            if _POLLS and not _comes(process.stdout, wall_s):
+                raise EOFError
             (length,) = _LENGTH.unpack(process.stdout.read(_LENGTH.size))
             answer = json.loads(process.stdout.readline())
             rest = bytearray(length)
@@ -151,6 +155,13 @@ class _Worker:
             for pipe in (process.stdin, process.stdout):
                 with contextlib.suppress(OSError):
                     pipe.close()
+
+
+def _comes(pipe: Any, wall_s: float) -> bool:
+    """Whether something comes through a pipe in this time, its end included."""
+    poll = select.poll()
+    poll.register(pipe, select.POLLIN)
+    return bool(poll.poll(1e3 * wall_s))
 
 
 _worker = _Worker()

@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...checks import one_of
 from ...errors import InputError
-from ...wire.rdt import RECORD_SIZE
+from ...wire.net_ft import RECORD_SIZE
 from ..run import FORCE_RATE_HZ
 
 
@@ -62,8 +63,7 @@ def checked_faults(given: Mapping[str, float]) -> dict[str, float]:
     Raises InputError for an unknown fault and for a value outside its range.
     """
     for name, value in given.items():
-        if name not in FAULTS:
-            raise InputError("fault", repr(name), "unknown", next_step=f"Give one of {', '.join(FAULTS)}.")
+        one_of("fault", name, FAULTS)
         fault = FAULTS[name]
         if not fault.low <= value <= fault.high:
             raise InputError(f"fault {name}", value, f"outside {fault.low:g} to {fault.high:g}: {fault.meaning}")

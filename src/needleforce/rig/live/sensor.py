@@ -9,8 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ...errors import InputError
-from ...wire.rdt import LINK_FAILED, SATURATED, SUMMARY, Command, Packet, pack_record, unpack_request
-from ...wire.sensor_configuration import SensorConfiguration
+from ...wire.net_ft import (
+    LINK_FAILED,
+    SATURATED,
+    SUMMARY,
+    Command,
+    Packet,
+    SensorConfiguration,
+    pack_record,
+    unpack_request,
+)
 from ..run import FORCE_RATE_HZ
 from ..sensor import COUNTS, RANGE, Sensor
 from .faults import Datagram, LossyLink, SentRecords

@@ -11,11 +11,11 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 
+from ...checks import within
 from ...errors import InputError
 from ...models.model import Model
 from ...wire.axis_lines import MAX_LINE_LENGTH, Answer, answer_line, state_line
-from ...wire.rdt import Command
-from ...wire.sensor_configuration import PAGE, SensorConfiguration
+from ...wire.net_ft import PAGE, Command, SensorConfiguration
 from ..sensor import Sensor
 from .simulated import LiveTruth, SimulatedRig
 
@@ -242,8 +242,7 @@ class PageServer:
 
 def bound(kind: socket.SocketKind, listen: str, port: int, option: str) -> socket.socket:
     """A non-blocking socket bound to ``port`` at ``listen``, 0 for any free one. Raises InputError."""
-    if not 0 <= port <= 65_535:
-        raise InputError(option, port, "outside 0 to 65535")
+    within(option, port, 0, 65_535)
     made = socket.socket(socket.AF_INET, kind)
     try:
         if kind == socket.SOCK_STREAM:

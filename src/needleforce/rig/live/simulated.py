@@ -12,7 +12,7 @@ from ...errors import InputError
 from ...models.model import Insertion, Model
 from ...vocabulary import Status
 from ...wire.axis_lines import Answer, AxisState, answer_line, parse_command, range_line
-from ...wire.rdt import Command
+from ...wire.net_ft import Command
 from ..experiment import streams
 from ..run import FORCE_RATE_HZ, wrench_of
 from ..sensor import RANGE, Sensor

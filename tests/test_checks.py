@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Each condition of an input at its edges."""
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce import checks
+
+NUMBERS = {
+    "above_zero": (lambda value: checks.above_zero("radius", value, "m"), [5e-324, 1, np.float64(2.0), np.array(3.0)]),
+    "not_below_zero": (
+        lambda value: checks.not_below_zero("radius", value, "m"),
+        [0.0, -0.0, 5e-324, 1, np.array(3.0)],
+    ),
+    "within": (lambda value: checks.within("radius", value, 0.5, 2.0, "m"), [0.5, 2, np.float32(1.0), True]),
+    "finite_number": (lambda value: checks.finite_number("radius", value, "Give it in m."), [0.0, -1e308, 10**300]),
+}
+NO_NUMBERS = [np.nan, np.inf, -np.inf, 10**400, None, "1", b"1", 1j, [1.0], np.ones(1), [[1.0], [1.0, 2.0]], object()]
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_a_number_that_meets_the_condition_is_returned_as_it_is(name):
+    check, accepted = NUMBERS[name]
+    for value in accepted:
+        assert check(value) is value
+
+
+@pytest.mark.parametrize("value", NO_NUMBERS, ids=repr)
+@pytest.mark.parametrize("name", NUMBERS)
+def test_what_is_no_finite_number_is_refused(name, value):
+    with pytest.raises(nf.InputError, match="radius is "):
+        NUMBERS[name][0](value)
+
+
+@pytest.mark.parametrize(
+    "name, value, message",
+    [
+        ("above_zero", 0.0, "radius is 0.0 m, must be above 0. Give it in m."),
+        ("above_zero", -5e-324, "radius is -5e-324 m, must be above 0. Give it in m."),
+        ("above_zero", np.nan, "radius is nan m, must be above 0. Give it in m."),
+        ("above_zero", "1e-3", "radius is 1e-3 m, must be above 0. Give it in m."),
+        ("above_zero", np.inf, "radius is inf m, must be finite and above 0. Give it in m."),
+        ("not_below_zero", -5e-324, "radius is -5e-324 m, must be at least 0. Give it in m."),
+        ("not_below_zero", np.inf, "radius is inf m, must be finite and at least 0. Give it in m."),
+        ("within", 0.49999, "radius is 0.49999, outside 0.5 to 2 m."),
+        ("within", 2.00001, "radius is 2.00001, outside 0.5 to 2 m."),
+        ("finite_number", "deep", "radius is 'deep', not a finite number. Give it in m."),
+    ],
+)
+def test_the_message_says_quantity_value_limit_and_what_to_do(name, value, message):
+    with pytest.raises(nf.InputError) as refused:
+        NUMBERS[name][0](value)
+    assert str(refused.value) == message
+
+
+def test_a_number_without_unit_has_the_next_step_that_is_stated():
+    with pytest.raises(nf.InputError, match=r"^delay is -1, must be at least 0\. Use 2\.$"):
+        checks.not_below_zero("delay", -1, next_step="Use 2.")
+    with pytest.raises(nf.InputError, match=r"^theta is 3, outside 0 to 1\. Use 0\.5\.$"):
+        checks.within("theta", 3, 0.0, 1.0, next_step="Use 0.5.")
+    with pytest.raises(nf.InputError, match=r"^delay is 0, must be above 0\.$"):
+        checks.above_zero("delay", 0)
+
+
+def test_arrays_are_finite_and_points_have_three_numbers():
+    assert checks.finite_array("depth", [[1, 2]], "Leave it out.").tolist() == [[1.0, 2.0]]
+    assert checks.finite_array("depth", [], "Leave it out.").size == 0
+    assert checks.three_numbers("target", (1, 2, 3)).tolist() == [1.0, 2.0, 3.0]
+    for wrong in ([1.0, np.nan], [np.inf], "abc", [[1.0], [2.0, 3.0]], None):
+        with pytest.raises(nf.InputError, match=r"^depth is not finite, must be numbers\. Leave it out\.$"):
+            checks.finite_array("depth", wrong, "Leave it out.")
+    for wrong in ((1.0, 2.0), [[1.0, 2.0, 3.0]], 1.0, "abc", [[1.0], [2.0, 3.0]]):
+        with pytest.raises(nf.InputError, match=r"^depth is shape .*, must be \(3,\)\. Leave it out\.$"):
+            checks.finite_array("depth", wrong, "Leave it out.", (3,))
+    for wrong in ((1.0, 2.0), (1.0, 2.0, np.nan), (1.0, 2.0, np.inf), [[1.0, 2.0, 3.0]], "abc", ("a", "b", "c"), None):
+        with pytest.raises(nf.InputError, match=r"^target is .*, must be three finite numbers\. Give x, y, z in m\.$"):
+            checks.three_numbers("target", wrong)
+
+
+def test_names_and_classes():
+    checks.one_of("form", "b", {"a": 1, "b": 2})
+    assert checks.instance_of("needle", 3, int, "Give one.") == 3
+    for wrong in ("c", "", "B", None, 3, np.nan, ["a"]):
+        with pytest.raises(nf.InputError, match=r"^form is .*, unknown\. Give one of a, b\.$"):
+            checks.one_of("form", wrong, ("a", "b"))
+    with pytest.raises(nf.InputError, match=r"^needle is str, not a int\. Give one\.$"):
+        checks.instance_of("needle", "3", int, "Give one.")
