@@ -5,7 +5,6 @@ import math
 import re
 from collections.abc import Iterator
 from numbers import Integral
-from pathlib import Path
 
 from ..errors import InputError
 from .recording import Card, Note
@@ -74,16 +73,6 @@ class Preamble:
         text, place = self._texts[key][entry], f"{self._place}, line {self._lines[key][entry]}"
         shown = repr(text if len(text) <= _QUOTED_CHARS else text[:_QUOTED_CHARS] + "…")
         return InputError(f"{key} in the file's card", shown, needed, place, "Correct or remove the line.")
-
-    def motion_file(self, path: Path) -> Path | None:
-        """The motion file that the card names, which must be in the folder of ``path``; None if it names none."""
-        name = self.text("motion")
-        if not name:
-            return None
-        filename = Path(name).name
-        if not filename or filename == ".." or "\0" in filename:
-            raise self.refusal("motion", "the name of a file in the same folder is needed")
-        return path.with_name(filename)
 
     def card(self, source: str, sha256: str, filter_length: int | None, assumptions: list[str]) -> Card:
         """The card of the recording: ``source`` and ``sha256`` identify the file read, the rest comes from its card."""

@@ -261,7 +261,7 @@ def _motion_source(path: Path, preamble: Preamble, options: ReadOptions) -> "Mot
     """Where the motion is, None if it is in the table of the force."""
     motion, part, shift = options.motion, options.motion_part, options.motion_shift
     given = motion is not None or part is not None
-    named = None if given else preamble.motion_file(path)
+    named = None if given else _motion_of_card(path, preamble)
     if not given and named is None:
         return None
     from .motion_source import MotionSource
@@ -271,6 +271,17 @@ def _motion_source(path: Path, preamble: Preamble, options: ReadOptions) -> "Mot
     if part is not None:
         return MotionSource(path=path, part=part, same_file=True, shift=shift)
     return MotionSource(path=named, shift=shift)
+
+
+def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
+    """The motion file that the card names, which must be in the same folder."""
+    name = preamble.text("motion")
+    if not name:
+        return None
+    filename = Path(name).name
+    if not filename or filename == ".." or "\0" in filename:
+        raise preamble.refusal("motion", "the name of a file in the same folder is needed")
+    return path.with_name(filename)
 
 
 def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
