@@ -10,12 +10,12 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 341,
-    "lines": 61_800,
-    "modules with one importer": 50,
+    "Python files": 331,
+    "lines": 61_650,
+    "modules with one importer": 44,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 12,
-    "files that run in `nf.read(file)`": 30,
+    "files that run in `nf.read(file)`": 26,
     "files that run in `nf.identify(recording)`": 39,
     "stays in files on the path through `read`": 113,
     "returns to a file on the path through `read`": 80,
