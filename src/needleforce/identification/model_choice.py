@@ -186,8 +186,8 @@ def held_by_tissue(single: SegmentedRecording) -> bool:
     if events.contact is None or events.baseline is None:
         return False
     inside = strokes.force_out[strokes.depth_out > events.contact.depth]
-    least = max(CROSSING_SIGMA * events.noise, MAX_BASELINE_CHANGE * peak_force(single))
-    return len(inside) > 0 and float(np.percentile(inside, HELD_SHARE)) < events.baseline - least
+    min_pull = max(CROSSING_SIGMA * events.noise, MAX_BASELINE_CHANGE * peak_force(single))
+    return len(inside) > 0 and float(np.percentile(inside, HELD_SHARE)) < events.baseline - min_pull
 
 
 def misses_cycle(fit: Fit, singles: list[SegmentedRecording]) -> bool:
