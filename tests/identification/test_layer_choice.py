@@ -48,6 +48,18 @@ def test_a_hold_and_a_withdrawal_that_one_layer_misses_are_evidence_for_layers(r
     assert not any("which this model omits" in each for each in fit.warnings)
 
 
+def test_the_engine_has_the_surface_of_the_layered_model():
+    """Whatever contact depth one layer has."""
+    run = recorded(0, kept=0.4)
+    fit = nf.identify(run)
+    contact = dataclasses.replace(fit.parameters["contact_depth"], value=1e-3)
+    fit = dataclasses.replace(fit, parameters={**fit.parameters, "contact_depth": contact})
+    for events in (None, nf.segment(run)):
+        model, surface = fit.placed(run, events)
+        force = nf.Insertion(model, max_speed=np.inf).forces(run.depth - surface, np.full(len(run), 5e-3))
+        assert np.std(force - run.force) < 1.05 * np.std(fit.predict(run, events) - run.force)
+
+
 def test_the_puncture_of_a_layered_default_is_the_measured_one():
     runs = [recorded(seed, kept=0.4) for seed in range(2)]
     fit, one = nf.identify(runs), nf.identify(runs, model="paper")
