@@ -24,9 +24,13 @@ MODEL_HELP = (
     "paper, cone_cylinder, power_law, okamura (or simone), or maurin; default: paper or cone_cylinder, by the BIC of "
     "the loading curve. cubic_foundation, hyperbolic_foundation or tanh_foundation: friction of a bent shaft, beyond "
     "the paper's line. layered, layered_yielding (both passive) or layered_as_fitted: complete cycles of layers that "
-    "are dragged along, rupture and relax, from repeats with hold and withdrawal (half a minute)."
+    "are dragged along, rupture and relax, from repeats with hold and withdrawal (half a minute). gradual_layers: "
+    "insertions alone through layers that rupture one after another."
 )
-LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
+LAYERS_HELP = (
+    "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well. Of "
+    "gradual_layers; default: one for each puncture."
+)
 
 
 class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
