@@ -68,11 +68,11 @@ def recording_fit(
     single: SegmentedRecording, own: dict[str, Estimate], law: str, needle: Needle | None, refused: str
 ) -> RecordingFit:
     """The result of one recording with its own model along its own motion; ``refused`` is a note on its second pass."""
+    of_law = single.law_notes.get(law, ())
     notes = (
-        single.notes
-        + single.law_notes.get(law, ())
-        + ((refused,) if refused else ())
-        + tuple(note.message for note in single.recording.notes)
+        *(single.notes + of_law if own else of_law + single.notes),  # the reason first
+        *((refused,) if refused else ()),
+        *(note.message for note in single.recording.notes),
     )
     base = RecordingFit(
         file=single.recording.place,
