@@ -12,9 +12,9 @@ from ..errors import InputError
 from .formats.rows import MIN_ROWS
 from .quantities import is_unit, plain_name, split
 from .roles import Column, stated_unit
-from .samples import increases
 from .table import Table
 
+_BLOCK = 1 << 20  # samples whose steps are looked at together
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
 _MAX_RUNS = 10_000
 _SAME_FORCE = 0.1  # of the range of the force: largest change between two phases
@@ -60,6 +60,11 @@ def runs_of(table: Table, quantities: Mapping[str, Column]) -> Iterator[tuple[st
 
     ``quantities`` are their columns, in whose order the rows are.
     """
+    if table.is_large or (
+        increases(values_of(table, quantities.get("time"))) and not any(map(row_name, table.headers))
+    ):
+        yield "", table, ()
+        return
     labelled = [(name, table.only_rows(rows)) for name, rows in _label_groups(table, quantities)]
     for label, rows in labelled or [("", table)]:
         columns = [quantities.get(quantity) for quantity in ("time", "depth", "force")]
@@ -81,6 +86,12 @@ def values_of(table: Table, column: Column | None) -> np.ndarray:
         return np.empty(0) if column is None else table.numbers(column.index)
     except InputError:  # reported when the part is read
         return np.empty(0)
+
+
+def increases(time: np.ndarray) -> bool:
+    """Whether (n,) times, one or more, are finite and never decrease; looked at in blocks, for the sake of memory."""
+    blocks = (time[k : k + _BLOCK + 1] for k in range(0, len(time), _BLOCK))
+    return len(time) > 0 and all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
 
 
 def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) -> list[list[int]]:
@@ -114,7 +125,7 @@ def _continues(depth: np.ndarray, first: int, last: int, row: int, span: float) 
 
 def _starts(time: np.ndarray) -> list[int]:
     """The first row of every run."""
-    if increases(time):
+    if not len(time) or increases(time):
         return [0]
     present = np.flatnonzero(np.isfinite(time))
     if len(present) < 2 * _MIN_RUN:

@@ -17,7 +17,6 @@ _MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left
 
 MOTION = ("depth", "velocity")
 _MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
-_BLOCK = 1 << 20  # samples whose steps are looked at together
 _GAP_STEPS = 3.0  # median steps: a longer step is a gap
 UNEVEN_SHARE = 0.1  # of the median step: a step that differs by more is uneven
 _MIN_JITTER_SHARE = 0.01  # of all steps: with more uneven ones a note on jitter is made
@@ -205,12 +204,6 @@ def put_in_order(samples: Samples) -> None:
     if len(steps) and steps.min() <= 0.0:
         _check_not_decreasing(samples, steps)
         _merge(samples, steps)
-
-
-def increases(time: np.ndarray) -> bool:
-    """Whether (n,) times are finite and never decrease; looked at in blocks, for the sake of memory."""
-    blocks = (time[k : k + _BLOCK + 1] for k in range(0, len(time), _BLOCK))
-    return all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
 
 
 def check_count(samples: Samples) -> None:
