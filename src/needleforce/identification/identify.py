@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..models.model import Model
 from ..preset_files import model_name, needle_of
 from ..recording import Recording
+from ..recording.recording import copies
 from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
 from .diagnostics import (
     NO_MODEL,
@@ -337,10 +338,13 @@ def _listed(sources: Any) -> list:
 
 
 def _different(recordings: list[Recording]) -> None:
-    """Raises InputError for a file given twice, which would count as a repeat and make the intervals too narrow."""
-    sources: dict[tuple[str, str], str] = {}
-    for card in (recording.card for recording in recordings if recording.card.sha256):
-        if card.content in sources:
-            same = f"the same bytes as {sources[card.content]}"
-            raise InputError("content of the file", same, "given twice", card.source, "Give each file once.")
-        sources[card.content] = card.source
+    """Raises InputError for readings given twice, which would count as a repeat and make the intervals too narrow."""
+    for k, first in copies(recordings).items():
+        one, other = recordings[k].card, recordings[first].card
+        what = (
+            "the same bytes as"
+            if one.sha256 == other.sha256
+            else "the same readings, saved in another way, as those of"
+        )
+        same = f"{what} {other.source}"
+        raise InputError("content of the file", same, "given twice", one.source, "Give each file once.")

@@ -231,7 +231,7 @@ def motion_look(path: Path, tables: Sequence[Table], main: Part | None, options:
     options : ReadOptions
         Those of ``read``.
     """
-    source = motion_source(path, tables, options)
+    source = motion_source(path, main, tables, options)
     if source is None:
         return None
     try:

@@ -64,11 +64,12 @@ class MotionSource:
 
 
 def motion_source(
-    path: Path, tables: Sequence[Table], options: ReadOptions, card: Preamble | None = None
+    path: Path, main: Part | None, tables: Sequence[Table], options: ReadOptions, card: Preamble | None = None
 ) -> MotionSource | None:
-    """Where the motion of a recording is: as the options say, or the card; None if neither says anything.
+    """Where the motion of a recording of the file ``path`` is, None if it is in ``main``, the table of the force.
 
-    ``tables`` are those of the file ``path`` of the force. Raises InputError for a card with no name of a file.
+    As the options say, or the card; else in the only one of the ``tables`` of the file that has a motion, if both state
+    when they begin. Raises InputError for a card with no name of a file.
     """
     motion, part, shift = options.motion, options.motion_part, options.motion_shift
     if motion is not None:
@@ -77,11 +78,22 @@ def motion_source(
         return MotionSource(path=path, tables=tables or None, part=part, shift=shift)
     name = card.text("motion") if card else ""
     if card is None or not name:
-        return None
+        other = None if options.speed or options.step else _with_known_start(main, tables, options.columns)
+        return other and MotionSource(path=path, tables=tables, part=other.name, shift=shift)
     filename = Path(name).name
     if not filename or filename == ".." or "\0" in filename:
         raise card.refusal("motion", "the name of a file in the same folder is needed")
     return MotionSource(path=path.with_name(filename), shift=shift)
+
+
+def _with_known_start(main: Part | None, tables: Sequence[Table], columns: Mapping[str, Any] | None) -> Part | None:
+    """The only other table with a motion, if the one of the force has none and both state when they begin."""
+    if main is None or _has_motion(main) or _has_length(main) or _started(main.table) is None:
+        return None
+    others = [
+        each for each in motion_parts(tables, columns) if _has_motion(each) and each.table.name != main.table.name
+    ]
+    return others[0] if len(others) == 1 and _started(others[0].table) is not None else None
 
 
 def _tables_with_motion(path: Path) -> Sequence[Table]:

@@ -217,7 +217,9 @@ def _joined(table: str, group: str) -> str:
 
 def _runs(part: Part) -> Iterator[Part]:
     """The recordings of a part, one below the other."""
-    for name, run, cycles in runs_of(part.table, part.roles.alone()):
+    quantities = part.roles.alone()
+    by_unit = part.roles.by_unit([quantity for quantity in ("depth", "force") if quantity not in quantities])
+    for name, run, cycles in runs_of(part.table, quantities, by_unit):
         yield replace(part, name=_joined(part.name, name), table=run, cycles=cycles)
 
 

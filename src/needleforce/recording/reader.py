@@ -246,10 +246,10 @@ def recording_from_table(
     table, units = part.table, options.units
     preamble = Preamble(table.comments, str(table.path))
     source = None
-    if options.motion is not None or options.motion_part is not None or preamble.text("motion"):
+    if options.motion is not None or options.motion_part is not None or preamble.text("motion") or len(tables) > 1:
         from .motion_source import motion_source
 
-        source = motion_source(table.path, tables, options, preamble)
+        source = motion_source(table.path, part, tables, options, preamble)
     wanted = ("time", "force", *AXES) if source else ("time", "force", "depth", "velocity", *AXES)
     within = assumed.without_motion(bool(source))
     main = read_stream(table, part.roles, wanted, of_main(units), assumed=within)

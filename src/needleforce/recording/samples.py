@@ -12,7 +12,7 @@ from .recording import Note
 from .roles import Column
 from .table import Table
 
-_MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
+MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
 
 
 MOTION = ("depth", "velocity")
@@ -133,7 +133,7 @@ def _present(samples: Samples, quantities: list[str], cut_off: bool) -> np.ndarr
 
 def _check_third_stream(samples: Samples, known: np.ndarray, cut_off: bool) -> None:
     rows = np.flatnonzero(~known[: len(known) - cut_off])
-    if len(rows) > _MAX_MISSING_SHARE * len(known):
+    if len(rows) > MAX_MISSING_SHARE * len(known):
         raise InputError(
             "rows with neither force nor motion",
             len(rows),
@@ -177,7 +177,7 @@ def _drop_column_if_incomplete(samples: Samples, quantity: str, required: bool, 
     """Raise InputError for a required column with too many missing values; leave out another one, with a note."""
     gaps = np.flatnonzero(np.isnan(samples.values[quantity]))
     count = len(gaps) - bool(cut_off and len(gaps) and gaps[-1] == len(samples.values[quantity]) - 1)
-    if count <= _MAX_MISSING_SHARE * len(samples.values[quantity]):
+    if count <= MAX_MISSING_SHARE * len(samples.values[quantity]):
         return
     if required:
         raise _not_finite(samples, quantity, gaps, "missing or not a number")

@@ -221,10 +221,11 @@ class Table:
         return self.only_rows(np.flatnonzero(np.all(chosen, axis=0)))
 
     def _has_value(self, header: str, value: str) -> np.ndarray:
-        if header not in self.headers:
+        stated = self.lines.stated(header) if self.lines is not None and header not in self.headers else []
+        if header not in self.headers and not any(stated):
             limit = f"the columns are {', '.join(map(repr, self.headers))}"
             raise InputError("column of the segment", repr(header), limit, str(self.path), "Give one of them.")
-        cells = self.texts(self.headers.index(header))
+        cells = stated or self.texts(self.headers.index(header))
         found = np.array([cell == value or _same_number(cell, value) for cell in cells], bool)
         if not found.any():
             limit = f"it contains {', '.join(list(dict.fromkeys(cells))[:_MAX_LISTED])}"

@@ -8,7 +8,7 @@ from numbers import Integral
 import numpy as np
 
 from .. import core
-from ..display.quantities import plain
+from ..display.quantities import percent, plain
 from ..errors import InputError
 from ..recording.force_signal import glitches, outliers, quantum_of, spikes, without_outliers
 from ..recording.source import RecordingSource, recording_of
@@ -32,6 +32,12 @@ IN_CONTACT = (
 )
 MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
 MIN_ORDERED = 50  # samples of a depth whose order is judged
+DEAD_SHARE = 0.98  # of the samples with one value: even a coarse sensor shows an insertion in more of them
+MIN_LEVEL, MAX_LEVEL = 5, 20  # samples of a steady level
+STEPS_TRIED = 10  # the largest changes between two samples
+STEP_GAP = 3  # samples on either side of a step, which a filter makes gradual
+STEP_SIGMA = 10.0  # [sd of the level] of a step: white noise makes none in 1e12 recordings
+NEGATIVE_RATIO = 3.0  # of the change below the first value to that above
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -206,9 +212,52 @@ def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, moved: bo
             return f"{small}. For an indentation use needleforce indentation."
         return "The depth never increases: the needle does not move inwards."
     found = glitches(force)
-    if not len(found):
-        return "The force never exceeds the noise of its baseline: there is no contact."
-    return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
+    if len(found):
+        return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
+    cause = _dead(force) or _baseline_step(time, force) or _is_negative(force)
+    return cause or "The force never exceeds the noise of its baseline: there is no contact."
+
+
+def _dead(force: np.ndarray) -> str:
+    """A sentence if almost all of the (n,) force has one value."""
+    usual = float(np.median(force))
+    share = float(np.mean(force == usual))
+    if share <= DEAD_SHARE:
+        return ""
+    samples = "all samples" if share == 1.0 else f"{percent(share)} of the samples"
+    return (
+        f"The force is constant, {plain(usual, 'N')} in {samples}: there is no contact, or the channel is dead. Check "
+        "the sensor, and which column is the force."
+    )
+
+
+def _baseline_step(time: np.ndarray, force: np.ndarray) -> str:
+    """A sentence if the force steps from the level at which it begins to another, as where a sensor is zeroed."""
+    size = min(MAX_LEVEL, len(force) // 4)
+    largest = np.argsort(np.abs(np.diff(force)))[-STEPS_TRIED:] + 1
+    for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
+        before, after = force[: at - STEP_GAP], force[at + STEP_GAP :][:size]
+        change = float(np.median(after) - np.median(before))
+        steady = STEP_SIGMA * max(float(before.std()), float(after.std())) < abs(change)
+        if size >= MIN_LEVEL and steady and float(np.ptp(before)) < 0.5 * abs(change):
+            return (
+                f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the "
+                "baseline changes, as if the sensor was zeroed while it recorded. Leave out what is before, with "
+                "--first-row or Recording.between, or record again."
+            )
+    return ""
+
+
+def _is_negative(force: np.ndarray) -> str:
+    """A sentence if the force, which moves from its first value beyond its noise, mostly goes below zero."""
+    down, up = float(force[0] - force.min()), float(force.max() - force[0])
+    noise = core.second_difference_noise(np.ascontiguousarray(force, float))
+    if down <= max(STEP_SIGMA * noise, NEGATIVE_RATIO * up):
+        return ""
+    return (
+        f"The force is negative, down to {plain(float(force.min()), 'N')}: a force that opposes the insertion is "
+        "positive. Reverse its sign, with --unit force=-N, if it was pressed."
+    )
 
 
 def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndarray) -> tuple[Status, tuple[str, ...]]:

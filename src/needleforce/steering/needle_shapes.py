@@ -110,7 +110,7 @@ def read_shapes(file: str | PathLike, *, unit: str | None = None) -> list[Needle
 
 
 def _quantity(header: str) -> str | None:
-    """The quantity of a header: of a point, of its insertion, or what tells insertions apart."""
+    """The quantity of a header: of a point, of its insertion, or ``label``."""
     name = split_header(header)[0]
     return name if name in _WANTED else "label" if name in _LABELS else None
 

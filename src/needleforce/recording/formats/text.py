@@ -211,6 +211,7 @@ def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout
         first_row=block.first + 1,
         begin=encoding.mark + len(above.encode(encoding.name, encoding.errors)),
         text_columns=block.text_columns,
+        stray=block.stray,
         clock_columns=_clocks(sample),
     )
 

@@ -42,7 +42,7 @@ class TextRows(ABC):
     """The rows of a table of text, and what stands above them; ``TextValues`` reads their values.
 
     ``begin`` and ``end`` are the bytes of its rows, ``first_row`` is the line of the first; ``headers`` are numbers of
-    columns where ``has_header`` is False.
+    columns where ``has_header`` is False; ``stray`` of the last columns have none, and rows may lack them.
     """
 
     path: Path
@@ -60,6 +60,7 @@ class TextRows(ABC):
     end: int | None = None
     notes: list[Note] = field(default_factory=list)
     text_columns: frozenset[int] = frozenset()
+    stray: int = 0
     clock_columns: frozenset[int] = frozenset()
 
     def __post_init__(self):
@@ -124,6 +125,19 @@ class TextRows(ABC):
         """The cells of a column."""
         return [cells[index] if index < len(cells) else "" for _, cells in self.data_lines()]
 
+    def stated(self, name: str) -> list[str]:
+        """What the last comment above each row that begins with a name and a colon states, such as ``# segment: 2``."""
+        found, text = [], ""
+        for _, begin, line in self.all_lines():
+            if self.end is not None and begin >= self.end:
+                break
+            if line.lstrip().startswith("#"):
+                key, colon, value = line.lstrip("# \t").partition(":")
+                text = value.strip() if colon and key.strip() == name else text
+            elif begin >= self.begin and self.cells(line):
+                found.append(text)
+        return found
+
     def from_row(self, number: int) -> "TextRows | None":
         """The rows without the lines above the one with this number; None if it ends before."""
         for line, offset, text in self._lines(self.begin, self.first_row):
@@ -139,7 +153,7 @@ class TextRows(ABC):
             if pending:
                 raise pending
             place = f"{self.path}, line {number}"
-            if len(cells) != len(self.headers):
+            if not len(self.headers) - self.stray <= len(cells) <= len(self.headers):
                 pending = _wrong_count(self, cells, place)
             for column in columns:
                 if column < len(cells) and not self.is_value(cells[column], column):
