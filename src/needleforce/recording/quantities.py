@@ -107,8 +107,10 @@ def split(header: str, known: Callable[[str], bool] = is_unit) -> tuple[str, str
     parts = header.split("_")
     for cut in range(1, len(parts)):
         name, suffix = "_".join(parts[:cut]), "_".join(parts[cut:])
+        if parts[cut].isdecimal() and cut + 1 < len(parts):  # the number of a channel
+            continue
         quantity = _NAMES.get(plain_name(name))
-        if find(suffix, dimension(quantity)) if quantity else known(suffix):
+        if suffix in _RATIOS or (find(suffix, dimension(quantity)) if quantity else known(suffix)):
             return name, suffix
     names_unit = _NAMES.get(plain_name(header)) == "time" and find(header, "time")
     return header, header.strip() if names_unit else None

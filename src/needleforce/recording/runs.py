@@ -98,7 +98,7 @@ def _turned(table: Table, time: np.ndarray, depth_column: Column | None) -> Tabl
     rows, spans = np.arange(len(time)), []
     for first, last in zip(edges[::2].tolist(), edges[1::2].tolist()):
         if last - first >= _MIN_RUN - 1:
-            first += _belongs_to_the_one_before(time if len(depth) < len(time) else depth, first)
+            first += any(_ends_a_segment(values, first) for values in (time, depth[: len(time)]))
             rows[first : last + 1] = rows[first : last + 1][::-1]
             spans.append((first, last))
     if not spans:
@@ -109,7 +109,7 @@ def _turned(table: Table, time: np.ndarray, depth_column: Column | None) -> Tabl
     return replace(table.only_rows(rows), notes=[*table.notes, note])
 
 
-def _belongs_to_the_one_before(values: np.ndarray, row: int) -> bool:
+def _ends_a_segment(values: np.ndarray, row: int) -> bool:
     """Whether a row is the last of a segment and not the first of the next one: (n,) values jump after it."""
     steps = np.abs(np.diff(values[max(row - 1, 0) : row + 3]))
     return row > 0 and len(steps) == 3 and bool(steps[1] > max(steps[0], _JUMP * steps[2]))

@@ -37,7 +37,7 @@ MIN_LEVEL, MAX_LEVEL = 5, 20  # samples of a steady level
 STEPS_TRIED = 10  # the largest changes between two samples
 STEP_GAP = 3  # samples on either side of a step, which a filter makes gradual
 STEP_SIGMA = 10.0  # [sd of the level] of a step: white noise makes none in 1e12 recordings
-NEGATIVE_RATIO = 3.0  # of the change below the first value to that above
+NEGATIVE_RATIO = 3.0  # of the largest force below zero to that above
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -108,13 +108,16 @@ def segment(
     found = _insertions(time, depth, clean, options)
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
-    remarks = _outlier_note(spikes_at)
+    remarks, step = _outlier_note(spikes_at), _baseline_step(clean)
     if not touching:
         notes = (*remarks, no_contact(time, depth, force, bool(found)))
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
     first = next((number for number, each in enumerate(touching) if each.punctures), 0)
     chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
+    remarks += (
+        (_step_sentence(time, clean, step),) if 0 < step < np.searchsorted(time, chosen.contact.time) - STEP_GAP else ()
+    )
     return Events(
         contact=chosen.contact,
         punctures=chosen.punctures,
@@ -214,7 +217,8 @@ def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, moved: bo
     found = glitches(force)
     if len(found):
         return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
-    cause = _dead(force) or _baseline_step(time, force) or _is_negative(force)
+    step = _baseline_step(force)
+    cause = _dead(force) or (_step_sentence(time, force, step) if step else "") or _is_negative(force)
     return cause or "The force never exceeds the noise of its baseline: there is no contact."
 
 
@@ -231,32 +235,38 @@ def _dead(force: np.ndarray) -> str:
     )
 
 
-def _baseline_step(time: np.ndarray, force: np.ndarray) -> str:
-    """A sentence if the force steps from the level at which it begins to another, as where a sensor is zeroed."""
+def _baseline_step(force: np.ndarray) -> int:
+    """The sample at which the force steps from the level where it begins to another, as of a sensor that is zeroed; 0
+    without such a step."""
     size = min(MAX_LEVEL, len(force) // 4)
     largest = np.argsort(np.abs(np.diff(force)))[-STEPS_TRIED:] + 1
     for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
         before, after = force[: at - STEP_GAP], force[at + STEP_GAP :][:size]
-        change = float(np.median(after) - np.median(before))
-        steady = STEP_SIGMA * max(float(before.std()), float(after.std())) < abs(change)
-        if size >= MIN_LEVEL and steady and float(np.ptp(before)) < 0.5 * abs(change):
-            return (
-                f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the "
-                "baseline changes, as if the sensor was zeroed while it recorded. Leave out what is before, with "
-                "--first-row or Recording.between, or record again."
-            )
-    return ""
+        change = abs(float(np.median(after) - np.median(before)))
+        steady = STEP_SIGMA * max(float(before.std()), float(after.std())) < change
+        if size >= MIN_LEVEL and steady and float(np.ptp(before)) < 0.5 * change:
+            return at
+    return 0
+
+
+def _step_sentence(time: np.ndarray, force: np.ndarray, at: int) -> str:
+    change = float(np.median(force[at + STEP_GAP :][:MAX_LEVEL]) - np.median(force[: at - STEP_GAP]))
+    return (
+        f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the baseline "
+        "changes, as if the sensor was zeroed while it recorded. Leave out what is before, with --first-row or "
+        "Recording.between, or record again."
+    )
 
 
 def _is_negative(force: np.ndarray) -> str:
-    """A sentence if the force, which moves from its first value beyond its noise, mostly goes below zero."""
-    down, up = float(force[0] - force.min()), float(force.max() - force[0])
+    """A sentence if the force goes below its first value beyond its noise, and is mostly below zero."""
+    low, high = float(force.min()), float(force.max())
     noise = core.second_difference_noise(np.ascontiguousarray(force, float))
-    if down <= max(STEP_SIGMA * noise, NEGATIVE_RATIO * up):
+    if float(force[0]) - low <= STEP_SIGMA * noise or -low <= NEGATIVE_RATIO * high:
         return ""
     return (
-        f"The force is negative, down to {plain(float(force.min()), 'N')}: a force that opposes the insertion is "
-        "positive. Reverse its sign, with --unit force=-N, if it was pressed."
+        f"The force is negative, down to {plain(low, 'N')}: a force that opposes the insertion is positive. Reverse its "
+        "sign, with --unit force=-N, if it was pressed."
     )
 
 

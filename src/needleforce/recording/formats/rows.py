@@ -38,6 +38,7 @@ MISSING = frozenset(("", "na", "n/a", "null", "none", "<na>", "-", "--", "---", 
                      "#num!", "#ref!", "#null!", "#name?"))  # fmt: skip
 NO_VALUE = sorted({word for each in MISSING for word in (each, each.upper(), each.capitalize())} - {""})
 _HEADER_LINES = 8  # above a table, in which its headers are
+_MAX_WORDS = 4  # of the name of a value
 _SEARCHED = 64  # lines above a table, of which some are keywords
 MIN_ROWS = 20  # shorter runs of numbers are settings or results, if there is a longer one
 _RATIOS = ("", "1", "-", "mm/mm", "m/m", "in/in", "%", "percent")
@@ -107,8 +108,9 @@ def blocks(rows: Sequence[Row], shapes: Sequence[str] | None = None) -> list[Blo
 
 
 def _states_value(row: Row) -> bool:
-    """Whether the cells of a row are a name, ``=``, a value and perhaps its unit."""
-    return row[1:2] == ["="] and 2 < len(row) <= 4 and not is_number(row[0])
+    """Whether the cells of a row are the words of a name, ``=``, and a value of one to three words."""
+    at = row.index("=") if "=" in row else 0
+    return 0 < at <= _MAX_WORDS and at < len(row) - 1 <= at + 3 and not any(map(is_number, row[:at]))
 
 
 def _without_stray(rows: Sequence[Row], shapes: Sequence[str]) -> tuple[Sequence[Row], Sequence[str], int]:
@@ -117,8 +119,11 @@ def _without_stray(rows: Sequence[Row], shapes: Sequence[str]) -> tuple[Sequence
     shape, first, _ = _longest_run(shapes, 0, len(shapes))
     at = next((k for k in range(2, len(shape)) if shape[k] == "e"), len(shape))
     beyond = [len(row) for row in rows if len(row) > at and not row[at] and any(row[at:])]
+    while first and (not shapes[first - 1] or _joint(shapes[first - 1][:at], shape[:at])):
+        first -= 1
     names = [k for k in range(max(0, first - _HEADER_LINES), first) if shapes[k][:at].count("t") > 1]
-    if not beyond or not names or any("t" in shapes[k][at:] for k in names):
+    named = any("t" in shapes[k][at:] and "n" not in shapes[k][at:] for k in names)
+    if not beyond or not names or (named and at < len(shape)):
         return rows, shapes, 0
     width = max(beyond)
     ends = [len(row) == at or (len(row) > at and not row[at]) for row in rows]

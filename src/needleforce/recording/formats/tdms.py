@@ -73,13 +73,13 @@ def _add_group(found: FileArrays, group: Any, root: list[tuple[str, str]]) -> No
     for channels, name in zip(tables, names):
         length, (step, start) = len(channels[0]), _step(channels[0])
         first = next((each for each in channels if _start(each) is not None), channels[0])
-        starts = f" from {_start(first)[-15:]}" if names.count(name) > 1 and _start(first) else ""
+        begins = f" from {_start(first)[-15:]}{f' + {start:g} s' if start else ''}" if _start(first) else ""
         arrays = [_array(found.path, each) for each in channels]
         sampling = _sampling(channels[0].properties)
         if step and not any(_is_time(each) for each in channels):
             arrays.insert(0, _even_steps(channels[0].properties, length, step, start))
             sampling += [("wf_start_time", _start(first))] if _start(first) else []
-        found.add(f"{group.name}{name}{starts}", arrays, [*sampling, *comments])
+        found.add(f"{group.name}{name}{begins * (names.count(name) > 1)}", arrays, [*sampling, *comments])
 
 
 def _named(channel: Any) -> str:
@@ -90,13 +90,14 @@ def _named(channel: Any) -> str:
 
 def _are_joined(one: Any, other: Any) -> bool:
     """Whether the values of two channels were taken together: as many, as often, and from the same time on."""
-    if (len(one), _step(one)) != (len(other), _step(other)):
+    (step, offset), (other_step, other_offset) = _step(one), _step(other)
+    if (len(one), step) != (len(other), other_step):
         return False
     starts = [_start(each) for each in (one, other)]
-    if None in starts or not _step(one)[0]:
-        return True
-    apart = abs((np.datetime64(starts[0]) - np.datetime64(starts[1])) / np.timedelta64(1, "s"))
-    return bool(apart <= _SAME_START * _step(one)[0])
+    if None in starts or not step:
+        return offset == other_offset
+    apart = (np.datetime64(starts[0]) - np.datetime64(starts[1])) / np.timedelta64(1, "s") + offset - other_offset
+    return bool(abs(apart) <= _SAME_START * step)
 
 
 def _array(path: Path, channel: Any) -> Array:

@@ -42,7 +42,7 @@ class TextRows(ABC):
     """The rows of a table of text, and what stands above them; ``TextValues`` reads their values.
 
     ``begin`` and ``end`` are the bytes of its rows, ``first_row`` is the line of the first; ``headers`` are numbers of
-    columns where ``has_header`` is False; ``stray`` of the last columns have none, and rows may lack them.
+    columns where ``has_header`` is False.
     """
 
     path: Path
@@ -60,7 +60,6 @@ class TextRows(ABC):
     end: int | None = None
     notes: list[Note] = field(default_factory=list)
     text_columns: frozenset[int] = frozenset()
-    stray: int = 0
     clock_columns: frozenset[int] = frozenset()
 
     def __post_init__(self):
@@ -68,8 +67,9 @@ class TextRows(ABC):
         self.units = ["s" if k in self.clock_columns else unit for k, unit in enumerate(self.units)]
 
     def cells(self, line: str) -> list[str]:
-        """The cells of one line without comment and surrounding blanks."""
-        return split_cells(line, self.delimiter)
+        """The cells of one line without comment and surrounding blanks, up to an empty one beyond the last column."""
+        cells, width = split_cells(line, self.delimiter), len(self.headers)
+        return cells[:width] if len(cells) > width and not cells[width] else cells
 
     def is_value(self, cell: str, index: int) -> bool:
         """Whether a cell can be a value of a column: a time of a clock in columns of such times only."""
@@ -82,9 +82,13 @@ class TextRows(ABC):
 
     def data_lines(self) -> Iterator[tuple[int, list[str]]]:
         """Each line of data as its number in the file, from 1, and its cells. Slow; used to locate a fault."""
-        for number, _, line in self._lines(self.begin, self.first_row):
+        for number, _, line in self.lines():
             if cells := self.cells(line):
                 yield number, cells
+
+    def lines(self) -> Iterator[tuple[int, int, str]]:
+        """Each line of data: number in the file, first byte, text."""
+        return self._lines(self.begin, self.first_row)
 
     def all_lines(self) -> Iterator[tuple[int, int, str]]:
         """Each line of the file: number, first byte, text."""
@@ -140,7 +144,7 @@ class TextRows(ABC):
 
     def from_row(self, number: int) -> "TextRows | None":
         """The rows without the lines above the one with this number; None if it ends before."""
-        for line, offset, text in self._lines(self.begin, self.first_row):
+        for line, offset, text in self.lines():
             if line >= number and self.cells(text):
                 return replace(self, begin=offset, first_row=line)
         return None
@@ -153,7 +157,7 @@ class TextRows(ABC):
             if pending:
                 raise pending
             place = f"{self.path}, line {number}"
-            if not len(self.headers) - self.stray <= len(cells) <= len(self.headers):
+            if len(cells) != len(self.headers):
                 pending = _wrong_count(self, cells, place)
             for column in columns:
                 if column < len(cells) and not self.is_value(cells[column], column):
