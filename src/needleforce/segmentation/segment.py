@@ -265,8 +265,8 @@ def _is_negative(force: np.ndarray) -> str:
     if float(force[0]) - low <= STEP_SIGMA * noise or -low <= NEGATIVE_RATIO * high:
         return ""
     return (
-        f"The force is negative, down to {plain(low, 'N')}: a force that opposes the insertion is positive. Reverse its "
-        "sign, with --unit force=-N, if it was pressed."
+        f"The force is negative, down to {plain(low, 'N')}: a force that opposes the insertion is positive. Reverse "
+        "its sign, with --unit force=-N, if it was pressed."
     )
 
 
