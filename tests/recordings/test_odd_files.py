@@ -87,7 +87,7 @@ def tdms(path, force, motion, groups=("Rig", "Rig"), more=()):
         ((0.4, 0.0, 0.01), (0.0, 0.0, 0.01), "AA"),
         ((0.0, 0.0, 0.01), (0.4, 0.0, 0.01), "AA"),
         ((0.4, 0.0, 0.01), (0.0, 0.0, 0.01), "AB"),
-        ((0.003, 0.0, 0.01), (0.0, 0.0, 0.01), "AA"),
+        ((0.023, 0.0, 0.01), (0.0, 0.0, 0.01), "AA"),
         ((0.0, 0.4, 0.01), (0.0, 0.0, 0.01), "AA"),
         ((0.3, 0.1, 0.01), (0.0, 0.0, 0.01), "AA"),
         ((0.25, 0.0, 0.01), (0.0, 0.0, 0.02), "AA"),
@@ -109,8 +109,10 @@ def test_channels_with_their_own_starts_are_on_one_clock(tmp_path, force, motion
     assert any("as the file states" in each for each in run.card.assumptions) == (abs(force[0] - motion[0]) > 1e-4)
 
 
-def test_a_channel_without_a_start_is_joined_row_by_row(tmp_path):
-    path = tdms(tmp_path / "run.tdms", (None, 0.0, 0.01, FORCE, "N"), (0.4, 0.0, 0.01, DEPTH, "mm"))
+@pytest.mark.parametrize("start", [None, 0.0, 0.4042, 0.3959])
+def test_channels_without_a_start_or_within_a_step_are_joined_row_by_row(tmp_path, start):
+    """As those of a multiplexer."""
+    path = tdms(tmp_path / "run.tdms", (start, 0.0, 0.01, FORCE, "N"), (start and 0.4, 0.0, 0.01, DEPTH, "mm"))
     check(nf.read(path, baseline=False))
 
 

@@ -21,7 +21,7 @@ _FORMAT = "TDMS (LabVIEW)"
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "units", "Unit")
 _TIMES = ("time", "zeit", "temps", "tiempo", "tempo")  # how the names of channels with times begin
 _MAX_CHANNELS = 4096
-_SAME_START = 0.01  # of a step: starts that differ by less are of one clock
+_SAME_START = 0.99  # of a step: starts that differ by less are of the channels of one multiplexer
 _MAX_TEXT_CHARS = 200  # of a property that is kept as a comment
 
 
