@@ -516,7 +516,7 @@ def test_a_zero_that_steps_is_named(at, by):
 def test_a_dead_channel_is_named(value, flips):
     force = np.full(len(TIME), value)
     force[100 : 100 + flips] += 1e-4
-    note = nf.segment((TIME, 1e-3 * DEPTH, force)).notes[-1]
+    note = nf.segment((TIME, 1e-3 * DEPTH, force)).notes[0]
     assert "The force is constant" in note and "dead" in note
 
 
@@ -529,14 +529,14 @@ def test_a_negative_force_is_named(zero, stiffness):
     depth = np.append(depth, [0.3, 0.6, 0.61, 0.62])
     force = force + 0.005 * np.random.default_rng(0).normal(size=len(force))
     events = nf.segment((0.05 * np.arange(len(force)), 1e-3 * depth, force))
-    assert events.contact is None and "The force is negative, down to" in events.notes[-1]
+    assert events.contact is None and "The force is negative, down to" in events.notes[0]
 
 
 def test_noise_alone_has_no_other_cause(many):
     for seed in range(many(20, 500)):
         force = 0.01 * np.random.default_rng(seed).normal(size=len(TIME))
         events = nf.segment((TIME, 1e-3 * DEPTH, force))
-        assert events.contact is not None or "never exceeds the noise" in events.notes[-1], events.notes
+        assert events.contact is not None or "never exceeds the noise" in events.notes[0], events.notes
 
 
 @pytest.mark.parametrize(
@@ -545,7 +545,7 @@ def test_noise_alone_has_no_other_cause(many):
 )
 def test_public_case_19(recordings, name, words):
     events = nf.segment(nf.read(case(recordings, "19-no-contact-wrong-cause") / f"{name}.csv"))
-    assert events.contact is None and words in events.notes[-1]
+    assert events.contact is None and words in events.notes[0]
 
 
 # --- bench tests with rows that are no readings
