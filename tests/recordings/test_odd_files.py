@@ -236,6 +236,10 @@ BARE = "Time;Depth;Force\n"
         ),
         (NAMES + "OPERATOR = Miller\nMODE = fast\n", ";", ".", 4),
         (NAMES + "RATE = 100 Hz\nGAIN = 2\n", ";", ".", 4),
+        (BARE.replace(";", " ") + "RATE: 100 Hz\nGAIN= 2\n", " ", ".", 3),
+        (BARE.replace(";", " ") + "eoh\n[s] [mm] [N]\n", " ", ".", 3),
+        (BARE.replace(";", " ") + "800\n", " ", ".", 3),
+        (NAMES + "Block 1\n", ";", ".", 3),
         (BARE.replace(";", " ") + "SAMPLES = 800\n", " ", ".", 3),
     ],
 )

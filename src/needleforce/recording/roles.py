@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import find
-from .quantities import QUANTITIES, RECOGNISED, dimension, plain_name, split
+from .quantities import QUANTITIES, RECOGNISED, plain_name, split
 from .table import Table
 
 MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
@@ -163,7 +163,7 @@ def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Voc
             of_another = _have_another_unit(table, vocabulary.dimensions[quantity], found)
             (others if of_another else taken).setdefault(quantity, (reason, found))
     used = {index for _, found in taken.values() for index in found}
-    for quantity in others.keys() - taken.keys():
+    for quantity in [q for q in others if q not in taken]:
         if len(_of_dimension(table, vocabulary.dimensions[quantity], used)) != 1:
             taken[quantity] = others[quantity]
     columns = {}
@@ -185,7 +185,7 @@ def _before_rectifying(table: Table, columns: Mapping[str, Column]) -> dict[str,
     for quantity, column in columns.items():
         if quantity not in _SIGNED or column.reason == "given":
             continue
-        others = _of_dimension(table, dimension(quantity), used)
+        others = _of_dimension(table, RECORDINGS.dimensions[quantity], used)
         values = _readable(table, column.index) if others else None
         if values is None or not len(values) or np.nanmin(values) < 0.0 or not np.ptp(values) > 0.0:
             continue

@@ -35,7 +35,7 @@ MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump bac
 MIN_ORDERED = 50  # samples of a depth whose order is judged
 DEAD_SHARE = 0.98  # of the samples with one value: even a coarse sensor shows an insertion in more of them
 MIN_LEVEL, MAX_LEVEL = 5, 20  # samples of a steady level
-STEPS_TRIED = 10  # the largest changes between two samples
+STEPS_TRIED = 5  # the largest changes between two samples
 STEP_GAP = 3  # samples on either side of a step, which a filter makes gradual
 STEP_SIGMA = 10.0  # [sd of the level] of a step: white noise makes none in 1e12 recordings
 NEGATIVE_RATIO = 3.0  # of the largest force below zero to that above
@@ -109,14 +109,14 @@ def segment(
     found = _insertions(time, depth, clean, options)
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
-    remarks, step = _outlier_note(spikes_at), _baseline_step(clean)
+    remarks = _outlier_note(spikes_at)
     if not touching:
         notes = (no_contact(time, depth, force, bool(found)), *remarks)
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
     first = next((number for number, each in enumerate(touching) if each.punctures), 0)
     chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
-    if 0 < step < np.searchsorted(time, chosen.contact.time) - STEP_GAP:
+    if step := _baseline_step(clean[: np.searchsorted(time, chosen.contact.time)]):
         remarks += (_step_sentence(time, clean, step),)
     reason = () if chosen.punctures else (NO_PUNCTURE,)
     return Events(
@@ -240,12 +240,15 @@ def _baseline_step(force: np.ndarray) -> int:
     """The sample at which the force steps from the level where it begins to another, as of a sensor that is zeroed; 0
     without such a step."""
     size = min(MAX_LEVEL, len(force) // 4)
-    largest = np.argsort(np.abs(np.diff(force)))[-STEPS_TRIED:] + 1
+    if size < MIN_LEVEL:
+        return 0
+    start, steps = force[:size], np.abs(np.diff(force))
+    largest = np.argpartition(steps, -min(STEPS_TRIED, len(steps)))[-STEPS_TRIED:] + 1
     for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
-        before, after = force[: at - STEP_GAP], force[at + STEP_GAP :][:size]
-        change = abs(float(np.median(after) - np.median(before)))
-        steady = STEP_SIGMA * max(float(before.std()), float(after.std())) < change
-        if size >= MIN_LEVEL and steady and float(np.ptp(before)) < 0.5 * change:
+        after = force[at + STEP_GAP :][:size]
+        change = abs(float(np.median(after) - np.median(start)))
+        steady = STEP_SIGMA * max(float(start.std()), float(after.std())) < change
+        if steady and float(np.ptp(force[: at - STEP_GAP])) < 0.5 * change:
             return at
     return 0
 

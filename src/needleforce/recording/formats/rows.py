@@ -99,7 +99,9 @@ def blocks(rows: Sequence[Row], shapes: Sequence[str] | None = None) -> list[Blo
     is read, and is no end. Of several tables those with at least 20 rows are given, or the longest alone.
     """
     shapes = [kinds(row) for row in rows] if shapes is None else shapes
-    shapes = ["t" * len(row) if "n" in shape and _states_value(row) else shape for row, shape in zip(rows, shapes)]
+    usual = _longest_run(shapes, 0, len(shapes))[1]
+    if rows and not _states_value(rows[usual]):
+        shapes = ["t" * len(s) if "n" in s and _states_value(row) else s for row, s in zip(rows, shapes)]
     rows, shapes, stray = _without_stray(rows, shapes)
     found = [block for part in _between_texts(shapes) if (block := _block(rows, shapes, *part))]
     found = [replace(each, stray=max(0, each.width - stray)) if stray else each for each in found]
@@ -108,9 +110,12 @@ def blocks(rows: Sequence[Row], shapes: Sequence[str] | None = None) -> list[Blo
 
 
 def _states_value(row: Row) -> bool:
-    """Whether the cells of a row are the words of a name, ``=``, and a value of one to three words."""
-    at = row.index("=") if "=" in row else 0
-    return 0 < at <= _MAX_WORDS and at < len(row) - 1 <= at + 3 and not any(map(is_number, row[:at]))
+    """Whether the cells of a row are the words of a name, ``=`` or a colon, and a value of one to three words."""
+    at = next((k for k, cell in enumerate(row) if cell.endswith(("=", ":"))), len(row))
+    name = [*row[:at], row[at].rstrip("=: ")] if at < len(row) else []
+    return (
+        0 < len(name) <= _MAX_WORDS and name[0] != "" and at < len(row) - 1 <= at + 3 and not any(map(is_number, name))
+    )
 
 
 def _without_stray(rows: Sequence[Row], shapes: Sequence[str]) -> tuple[Sequence[Row], Sequence[str], int]:
@@ -148,13 +153,14 @@ def _between_texts(shapes: Sequence[str]) -> Iterator[tuple[int, int]]:
 def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) -> Block | None:
     """The table in a stretch of rows; None if no two neighbouring rows agree in their cells."""
     shape, first, last = _longest_run(shapes, start, stop)
-    headers, units = _header(rows, shapes, start, len(shape))
+    width = len(shape)
+    headers, units = _header(rows, shapes, start, width)
     short = _names(headers) if len(_names(headers)) < len(shape) and shape[-1] != "e" else []
     if last - first < 2 and not headers:
         return None
     above = next((k for k in range(first - 1, start - 1, -1) if shapes[k]), start)
     if headers:
-        first = next(k for k in range(start, stop) if shapes[k])
+        first = next(k for k in range(start, stop) if len(shapes[k]) > (width > 1))
     elif above < first and _is_header(shapes[above], shape) and not has_key(rows[above]):
         headers = list(rows[above])
     else:
