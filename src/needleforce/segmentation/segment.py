@@ -242,14 +242,14 @@ def _baseline_step(force: np.ndarray) -> int:
     size = min(MAX_LEVEL, len(force) // 4)
     if size < MIN_LEVEL:
         return 0
-    start, steps = force[:size], np.abs(np.diff(force))
+    level, spread, steps = core.median(force[:size]), float(force[:size].std()), np.abs(np.diff(force))
     largest = np.argpartition(steps, -min(STEPS_TRIED, len(steps)))[-STEPS_TRIED:] + 1
     for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
         after = force[at + STEP_GAP :][:size]
-        change = abs(float(np.median(after) - np.median(start)))
-        steady = STEP_SIGMA * max(float(start.std()), float(after.std())) < change
-        if steady and float(np.ptp(force[: at - STEP_GAP])) < 0.5 * change:
-            return at
+        change = abs(core.median(after) - level)
+        if STEP_SIGMA * spread < change and STEP_SIGMA * float(after.std()) < change:
+            if float(np.ptp(force[: at - STEP_GAP])) < 0.5 * change:
+                return at
     return 0
 
 

@@ -99,10 +99,10 @@ def blocks(rows: Sequence[Row], shapes: Sequence[str] | None = None) -> list[Blo
     is read, and is no end. Of several tables those with at least 20 rows are given, or the longest alone.
     """
     shapes = [kinds(row) for row in rows] if shapes is None else shapes
-    usual = _longest_run(shapes, 0, len(shapes))[1]
+    shape, usual, _ = _longest_run(shapes, 0, len(shapes))
     if rows and not _states_value(rows[usual]):
         shapes = ["t" * len(s) if "n" in s and _states_value(row) else s for row, s in zip(rows, shapes)]
-    rows, shapes, stray = _without_stray(rows, shapes)
+    rows, shapes, stray = _without_stray(rows, shapes, shape, usual)
     found = [block for part in _between_texts(shapes) if (block := _block(rows, shapes, *part))]
     found = [replace(each, stray=max(0, each.width - stray)) if stray else each for each in found]
     longest = max((_rows_of(shapes, each) for each in found), default=0)
@@ -118,10 +118,11 @@ def _states_value(row: Row) -> bool:
     )
 
 
-def _without_stray(rows: Sequence[Row], shapes: Sequence[str]) -> tuple[Sequence[Row], Sequence[str], int]:
-    """Rows and their kinds without the cells beyond an empty column where the headers end, as notes and copies to the
-    right of a sheet are; and the number of that column, 0 without such cells."""
-    shape, first, _ = _longest_run(shapes, 0, len(shapes))
+def _without_stray(
+    rows: Sequence[Row], shapes: Sequence[str], shape: str, first: int
+) -> tuple[Sequence[Row], Sequence[str], int]:
+    """Rows and their kinds without the cells beyond an empty column where the headers end, as notes to the right of a
+    table are; and the number of that column, 0 without such cells. Most rows have ``shape``, from ``first`` on."""
     at = next((k for k in range(2, len(shape)) if shape[k] == "e"), len(shape))
     beyond = [len(row) for row in rows if len(row) > at and not row[at] and any(row[at:])]
     while first and (not shapes[first - 1] or _joint(shapes[first - 1][:at], shape[:at])):
