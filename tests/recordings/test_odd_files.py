@@ -579,7 +579,7 @@ def test_bench_tests_leave_out_what_a_recording_does(tmp_path, sep, places, row)
 
 def test_bench_tests_refuse_many_missing_values(tmp_path):
     lines = [f"{z:.4f},{10.0 * z:.4f}" if k % 20 else f"{z:.4f}," for k, z in enumerate(DEFLECTION)]
-    with pytest.raises(nf.InputError, match="16 of 301 rows, at most 1 % may be missing"):
+    with pytest.raises(nf.InputError, match="16 of 301 rows have no value, and at most 1 % may"):
         read_bending(written(tmp_path, "deflection_mm,force_N\n" + "\n".join(lines) + "\n"), three_point=True)
 
 

@@ -186,18 +186,16 @@ def readings(table: BenchTable, columns: Mapping[str, int], units: Mapping[str, 
     """Columns in SI without the rows in which one has no value, with a note if these are at most 1 %, as in a
     recording. Raises InputError for more."""
     found = {quantity: in_si(table, quantity, index, units) for quantity, index in columns.items()}
-    missing_in = {quantity: np.flatnonzero(np.isnan(values)) for quantity, values in found.items()}
     complete = ~np.any([np.isnan(values) for values in found.values()], axis=0)
-    lost = int(np.count_nonzero(~complete))
+    lost, row = int(np.count_nonzero(~complete)), int(np.argmin(complete))
     if not lost:
         return found
-    first = table.table.place(int(np.argmin(complete)))
+    of_all, first = f"{lost} of {len(complete)} rows", table.table.place(row)
     if lost > MAX_MISSING_SHARE * len(complete):
-        quantity = next(q for q, rows in missing_in.items() if len(rows) and rows[0] == int(np.argmin(complete)))
-        limit = f"{lost} of {len(complete)} rows, at most 1 % may be missing"
-        header, step = table.headers[columns[quantity]], "Correct or remove these rows."
-        raise InputError(f"column {header}", "missing or not a number", limit, first, step)
-    table.notes.append(f"{lost} of {len(complete)} rows have a missing value and are left out; the first is {first}")
+        header = next(table.headers[columns[q]] for q, values in found.items() if np.isnan(values[row]))
+        limit = f"it must be finite and at most {MAX_MAGNITUDE:g}; {of_all} have no value, and at most 1 % may"
+        raise InputError(f"column {header}", "nan", limit, first, "Correct or remove this row.")
+    table.notes.append(f"{of_all} have a missing value and are left out; the first is {first}")
     return {quantity: values[complete] for quantity, values in found.items()}
 
 
