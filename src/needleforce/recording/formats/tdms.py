@@ -83,7 +83,7 @@ def _add_group(found: FileArrays, group: Any, root: list[tuple[str, str]]) -> No
 
 
 def _named(channel: Any) -> str:
-    """How the name of the table of a channel goes on, in a group with several."""
+    """The end of the name of the table of a channel, in a group with several."""
     length, step = len(channel), _step(channel)[0]
     return f" ({length} rows{f' every {step:g} s' if step else ''})"
 
