@@ -139,7 +139,7 @@ class Parameters(Printed, dict[str, Estimate]):
         return self.HEAD, rows
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame in SI, a row for each estimate, with the fields of ``Estimate`` and ``random`` as columns."""
+        """A pandas DataFrame in SI, a row for each estimate, with its fields and ``random`` as columns."""
         import pandas
 
         columns = (*Estimate.__dataclass_fields__, "random")
@@ -247,7 +247,7 @@ def mean_estimate(
     if n < 2:
         return Estimate(name, mean, unit, mean - half, mean + half, source=source)
     sd = float(values.std(ddof=1))
-    half = student_quantile(n - 1) * sd / np.sqrt(n)
+    half = float(student_quantile(n - 1) * sd / np.sqrt(n))
     return Estimate(name, mean, unit, mean - half, mean + half, between_repeats_sd=sd, source=source)
 
 
@@ -261,18 +261,20 @@ def _pooled(repeats: list[Estimate]) -> Estimate:
         mean, identifiable = float(values.mean()), first.identifiable
         return Estimate(first.name, mean, first.unit, np.nan, np.nan, identifiable=identifiable, source=source)
     halves = np.array([estimate.random for estimate in repeats])
-    below, above = np.mean([estimate.systematic for estimate in repeats], axis=0).tolist()
+    systematic = np.array([estimate.systematic for estimate in repeats])
+    below, above = systematic.mean(axis=0).tolist()
     pooled = replace(mean_estimate(first.name, values, first.unit, source), within_run_sd=_root_mean_square(halves))
     if not all(estimate.identifiable for estimate in repeats):
         # a bound that all repeats share has no scatter: the mean has the uncertainty of a single repeat
         low, high = min(estimate.low for estimate in repeats), max(estimate.high for estimate in repeats)
         return replace(pooled, low=low, high=high, identifiable=False, systematic=(below, above))
-    within = np.nanmean(halves) / np.sqrt(n)
-    half = max(pooled.high - pooled.value, within if np.isfinite(within) else 0.0)
-    lowest = min(estimate.low for estimate in repeats)  # not below 0 where no repeat is
-    low = max(pooled.value - half - below, min(lowest, 0.0)) if below > 0.0 else pooled.value - half
-    below = max(pooled.value - half - low, 0.0)
-    return replace(pooled, low=low, high=pooled.value + half + above, systematic=(below, above))
+    within = float(np.nan_to_num(np.nanmean(halves))) / np.sqrt(n)
+    # each end is what another reading of the recordings gives, with a scatter of its own
+    low, high = (mean_estimate(first.name, values + part, "", "") for part in (-systematic[:, 0], systematic[:, 1]))
+    low, high = float(min(low.low, low.value - within)), float(max(high.high, high.value + within))
+    if below > 0.0:  # not below 0 where no repeat is
+        low = max(low, min(pooled.low, 0.0, *(estimate.low for estimate in repeats)))
+    return replace(pooled, low=low, high=high, systematic=(min(below, pooled.value - low), above))
 
 
 def _root_mean_square(halves: np.ndarray) -> float | None:

@@ -90,8 +90,8 @@ def _answers(others: dict[str, Callable], law: str) -> dict[str, CycleFit]:
 
 
 def _retimed(single: SegmentedRecording) -> dict[str, SegmentedRecording]:
-    """By its cause, the recording as it is if the lag that it shows is one of the record, and if it is behind the filter that it
-    shows: the depth belongs to the force at another time."""
+    """The recording as it is if the lag that it shows is one of the record, and if it is behind the filter that it
+    shows, by these causes: the depth belongs to the force at another time."""
     recording, timing, found = single.recording, single.timing, {}
     declared = recording.card.filter_length
     if timing.lag is not None:

@@ -153,7 +153,7 @@ def _with_random(fit: CycleFit, shares: Mapping[str, float]) -> CycleFit:
 def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
     """The fit with what the strokes' slow noise adds to the variance of friction and cutting force."""
     noises = dict(zip((True, False), fit.residuals.noises))
-    more = [max(part.slow - noises[part.inwards].long_run, 0.0) for part in parts]
+    more = [max(part.slow - max(part.noise, noises[part.inwards].long_run), 0.0) for part in parts]
     if not any(each > 0.0 for each in more):
         return fit
     grams = [part.design.T @ part.design for part in parts]
@@ -166,7 +166,8 @@ def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
         high[name] = value + math.hypot(high[name] - value, half)
     sizes, ways = np.linalg.eigh(added)
     moved = TWO_SIDED * np.sqrt(np.maximum(sizes, 0.0)) * ways * np.where(ways[0] < 0.0, -1.0, 1.0)
-    return widened(fit, low, high, {f"slow misfit {k}": dict(zip(AFTER, way)) for k, way in enumerate(moved.T, 1)})
+    names = ("slower misfit", "slow misfit")
+    return widened(fit, low, high, {name: dict(zip(AFTER, way)) for name, way in zip(names, moved.T.tolist())})
 
 
 def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, CycleFit]:
@@ -188,9 +189,12 @@ def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, 
 
 def _with_friction(fit: CycleFit, insertion: Stroke, friction: float, half: float, level: float) -> CycleFit:
     """The fit with another ``friction`` [N/m], its ``half`` width, and the cutting force that follows from the
-    insertion's mean; embedding that begins elsewhere changes it by the withdrawal's ``level`` [N] at the contact."""
+    insertion's mean, with the errors of contact depth and zero; embedding that begins elsewhere changes it by the
+    withdrawal's ``level`` [N] at the contact."""
     friction, mean = max(friction, 0.0), float(insertion.length.mean())
-    cutting, width = float(insertion.force.mean()) - friction * mean, half * mean
+    contact, zero = (0.5 * (fit.high[name] - fit.low[name]) for name in ("contact_depth", "force_offset"))
+    cutting = float(insertion.force.mean()) - friction * mean
+    width = math.hypot(half * mean, *np.nan_to_num([friction * contact, zero]))
     ends = cutting + min(level, 0.0) - width, cutting + max(level, 0.0) + width
     low = fit.low | dict(zip(AFTER, (friction - half, ends[0])))
     high = fit.high | dict(zip(AFTER, (friction + half, ends[1])))
