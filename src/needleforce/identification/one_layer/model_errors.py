@@ -164,10 +164,10 @@ def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
         value, half = fit.values[name], TWO_SIDED * math.sqrt(max(float(variance), 0.0))
         low[name] = min(value - math.hypot(value - low[name], half), low[name])
         high[name] = value + math.hypot(high[name] - value, half)
-    sizes, ways = np.linalg.eigh(added)
-    moved = TWO_SIDED * np.sqrt(np.maximum(sizes, 0.0)) * ways * np.where(ways[0] < 0.0, -1.0, 1.0)
+    sizes, axes = np.linalg.eigh(added)
+    moved = TWO_SIDED * np.sqrt(np.maximum(sizes, 0.0)) * axes * np.where(axes[0] < 0.0, -1.0, 1.0)
     names = ("slower misfit", "slow misfit")
-    return widened(fit, low, high, {name: dict(zip(AFTER, way)) for name, way in zip(names, moved.T.tolist())})
+    return widened(fit, low, high, {name: dict(zip(AFTER, axis)) for name, axis in zip(names, moved.T.tolist())})
 
 
 def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, CycleFit]:
