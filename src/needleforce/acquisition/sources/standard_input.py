@@ -22,7 +22,7 @@ from ...wire.axis_lines import AxisState
 from ...wire.net_ft import AXES
 from .arrival_time import host_time_ns
 from .gauge_calibration import GAUGES, Calibration
-from .sequence import Unwrapped
+from .reading_checks import Unwrapped
 from .source import ForceSample
 
 HEADER_TIMEOUT_S = 10.0

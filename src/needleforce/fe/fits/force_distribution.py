@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...checks import above_zero
 from ...errors import InputError
+from ...vocabulary import SMALLEST
 from ..elastic.needle_path import NeedlePath
 from ..elastic.tissue import Tissue
 
@@ -209,7 +210,7 @@ def _fit(response, observed, model, noise, scale):  # type: ignore[no-untyped-de
     variance = noise**2 if noise else max(misfit, 0.0) / free
     log_prior = _log_determinant(scale * model.precision)
     log_posterior = np.linalg.slogdet(inverse)[1]
-    fitted = -0.5 * misfit / variance if noise else -0.5 * free * np.log(max(misfit, 1e-300))
+    fitted = -0.5 * misfit / variance if noise else -0.5 * free * np.log(max(misfit, SMALLEST))
     covariance = variance * model.basis @ np.linalg.solve(inverse, model.basis.T)
     return fitted + 0.5 * (log_prior - log_posterior), model.basis @ numbers, covariance, variance
 
@@ -217,7 +218,7 @@ def _fit(response, observed, model, noise, scale):  # type: ignore[no-untyped-de
 def _log_determinant(precision: np.ndarray) -> float:
     """Of the part that is not zero."""
     sizes = np.linalg.eigvalsh(precision)
-    return float(np.log(sizes[sizes > 1e-10 * max(sizes.max(), 1e-300)]).sum())
+    return float(np.log(sizes[sizes > 1e-10 * max(sizes.max(), SMALLEST)]).sum())
 
 
 def _result(path: NeedlePath, forces: np.ndarray, covariance: np.ndarray, **more) -> ForceDistribution:  # type: ignore[no-untyped-def]

@@ -167,20 +167,12 @@ def _solved(tissue, path, curve, labels, layers):  # type: ignore[no-untyped-def
     found = search.found()
     for _ in range(_TURNS if labels else 0):
         moved = found.numbers[search.moduli]
-        tissue = _scaled(tissue, dict(zip(labels, np.exp(moved))))
+        tissue = tissue.scaled(dict(zip(labels, np.exp(moved))))
         search = InsertionSearch(curve, stiffness_by_label(tissue, path, labels), tops)
         found = search.solved(np.concatenate([np.zeros(len(moved)), found.numbers[search.moduli.stop :]]))
         if np.abs(found.numbers[search.moduli]).max() < _SETTLED:
             break
     return tissue, search, found
-
-
-def _scaled(tissue: Tissue, factors: dict[str, float]) -> Tissue:
-    materials = {
-        label: replace(material, young_modulus=material.young_modulus * float(factors.get(label, 1.0)))
-        for label, material in tissue.materials.items()
-    }
-    return tissue.with_materials(materials)
 
 
 def _half_space(tissue: Tissue, path: NeedlePath, search: InsertionSearch, found: Found) -> float:

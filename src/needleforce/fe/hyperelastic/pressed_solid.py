@@ -99,7 +99,8 @@ class PressedSolid:
         """
         from scipy.interpolate import CubicSpline
 
-        body, reached = self._with(materials), [0.0]
+        linear, reached = self.tissue.tissue, [0.0]
+        body = HyperelasticTissue(linear.mesh, materials, **linear.options)
         motion = (*[0.0 if self.bonded else None] * (self.tissue.mesh.dimension - 1), deepest)
         try:
             found = body.solve(
@@ -113,13 +114,6 @@ class PressedSolid:
         spline = CubicSpline(np.append(0.0, depths), np.log(np.append(self.at_rest(body), forces / depths)))
         slope = float(spline(deepest, 1))
         return lambda at: spline(np.minimum(at, deepest)) + slope * np.maximum(at - deepest, 0.0)
-
-    def _with(self, materials: Mapping[str, Hyperelastic]) -> HyperelasticTissue:
-        linear = self.tissue.tissue
-        return HyperelasticTissue(
-            linear.mesh, materials, symmetry=linear.symmetry, supports=linear.supports,
-            thickness=linear.elements.thickness, order=linear.elements.order,
-        )  # fmt: skip
 
     def at_rest(self, body: HyperelasticTissue) -> float:
         """Force by indentation of the linear solid [N/m]."""
