@@ -41,33 +41,18 @@ _MAX_HEIGHT = 560.0  # of a drawing [points]
 
 @dataclass(frozen=True, eq=False)
 class SolidFacts:
-    """Of one solved solid.
-
-    Attributes
-    ----------
-    shown : Section
-        What the pictures show.
-    path : NeedlePath or None
-        The needle that is drawn.
-    tip : float or None
-        How far it is along its path [m].
-    solid, materials, supports : list of tuple of str
-        Rows of tables: name and value; label, modulus, Poisson ratio, density and cells; boundary and support.
-    force : float
-        Of all loads on the tissue, along the depth [N].
-    depth, base_force : ndarray, shape (n,), or None
-        Of an insertion [m], [N].
-    """
+    """Of one solved solid: what the pictures show, the needle that is drawn and how far it is along its path, rows of
+    tables, and the loads."""
 
     shown: Section
     path: NeedlePath | None
-    tip: float | None
-    solid: Rows
-    materials: Rows
-    supports: Rows
-    force: float
-    depth: np.ndarray | None
-    base_force: np.ndarray | None
+    tip: float | None  # [m]
+    solid: Rows  # name and value
+    materials: Rows  # label, modulus, Poisson ratio, density and cells
+    supports: Rows  # boundary and support
+    force: float  # [N] of all loads on the tissue, along the depth
+    depth: np.ndarray | None  # [m] of an insertion
+    base_force: np.ndarray | None  # [N]
 
     @property
     def displacement(self) -> Field:

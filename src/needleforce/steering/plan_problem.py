@@ -82,39 +82,17 @@ class SteeringLimits:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PlanProblem:
-    """What is planned: rows of base motion from the executed ones to the target's depth.
-
-    Attributes
-    ----------
-    model : SteeringModel
-        The needle.
-    target : ndarray, shape (3,)
-        From the point of entry [m].
-    depths : ndarray, shape (n,)
-        Depth of each row [m]; the last is that of the target.
-    executed : BaseMotion
-        The rows that were executed, at least the first.
-    readings : TipPath, optional
-        Tip and base of the executed rows; without it the tip is at the origin in the first row.
-    limits : SteeringLimits
-        Of base motion and forces.
-    obstacles : sequence
-        To be avoided.
-    clearance : float
-        Distance to be kept from them [m].
-    axial : Model, optional
-        Laws of the axial force.
-    """
+    """What is planned: rows of base motion from the executed ones to the target's depth."""
 
     model: SteeringModel
-    target: np.ndarray
-    depths: np.ndarray
-    executed: BaseMotion
+    target: np.ndarray  # (3,) [m] from the point of entry
+    depths: np.ndarray  # (n,) [m] of each row; the last is that of the target
+    executed: BaseMotion  # at least the first row
     limits: SteeringLimits
-    readings: TipPath | None = None
+    readings: TipPath | None = None  # of the executed rows; without them the tip is at the origin in the first row
     obstacles: Sequence[Obstacle] = ()
-    clearance: float = 0.0
-    axial: Model | None = None
+    clearance: float = 0.0  # [m] kept from the obstacles
+    axial: Model | None = None  # laws of the axial force
     effort: float = EFFORT
     replays: Replays = field(default_factory=dict)
 

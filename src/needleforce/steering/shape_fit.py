@@ -136,30 +136,11 @@ def _base_slope(shape: NeedleShape) -> tuple[float, float]:
 def identify_shapes(
     shapes: Sequence[NeedleShape], needle: core.Needle, *, model: str = "linear", progress: Progress | None = None
 ) -> ShapeFit:
-    """Identify tissue and tip force from shapes. ``nf.steering.identify`` calls it for ``NeedleShape``.
+    """Identify tissue and tip force from shapes: ``nf.steering.identify`` for ``NeedleShape``.
 
     Each shape has a pose of its own and a direction of its own in which it bends, as the roll of a needle is seldom
-    known; the size of the tip's force and the tissue are common.
-
-    Parameters
-    ----------
-    shapes : sequence of NeedleShape
-        Of one tissue, of needles that were pushed in without motion of the base.
-    needle : Needle
-        Its bending stiffness.
-    model : str
-        ``"linear"``.
-    progress : callable, optional
-        Called with the number of evaluations and the cost.
-
-    Returns
-    -------
-    ShapeFit
-
-    Raises
-    ------
-    InputError
-        If the model is unknown or there is no shape.
+    known; the size of the tip's force and the tissue are common. Raises InputError if the model is unknown or there is
+    no shape.
     """
     one_of("model", model, SHAPE_MODELS)
     if not shapes:

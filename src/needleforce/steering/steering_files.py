@@ -49,13 +49,8 @@ class SteeringFile(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def save(model: SteeringModel, path: str | os.PathLike) -> None:
-    """Write an identified model as a file that ``load`` reads as an equal one.
-
-    Raises
-    ------
-    InputError
-        If the model was not identified, or the file cannot be written.
-    """
+    """Write an identified model as a file that ``load`` reads as an equal one. Raises InputError if the model was not
+    identified, or the file cannot be written."""
     if not model.identified or model.predictor.covariance is None:
         raise InputError("model", model.form, "not identified", next_step="Save the values of your insertion yourself.")
     names = [parameter.name for parameter in model.predictor.parameters]

@@ -75,13 +75,8 @@ class SteeringModel:
 
 def steering_model(model: SteeringModel | FlexibleInsertion, axial: Model | None = None) -> SteeringModel:
     """The model itself, or one around an insertion whose parameters are given; its unexplained errors are those of
-    gels, and its state is lost.
-
-    Raises
-    ------
-    InputError
-        If the model is neither, or laws of the axial force are given for an insertion that has its own.
-    """
+    gels, and its state is lost. Raises InputError if the model is neither, or laws of the axial force are given for an
+    insertion that has its own."""
     if isinstance(model, SteeringModel):
         return model
     if not isinstance(model, FlexibleInsertion):

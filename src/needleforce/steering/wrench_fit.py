@@ -159,29 +159,11 @@ def identify_wrenches(
     held: str = "guide",
     progress: Progress | None = None,
 ) -> WrenchFit:
-    """Identify tissue, tip and guide from base wrenches. ``nf.steering.identify`` calls it for ``BaseWrench``.
+    """Identify tissue, tip and guide from base wrenches: ``nf.steering.identify`` for ``BaseWrench``.
 
-    Parameters
-    ----------
-    insertions : sequence of BaseWrench
-        Of one tissue; more than 60 rows are thinned evenly.
-    needle : Needle
-        Its bending stiffness turns wrenches into deflections: an error of it is one of the predicted tip.
-    model : str
-        ``"linear"`` or ``"yielding"``.
-    held : str
-        By a ``"guide"`` at a fixed distance, or at its ``"hub"``, which comes down with it.
-    progress : callable, optional
-        Called with the number of evaluations and the cost.
-
-    Returns
-    -------
-    WrenchFit
-
-    Raises
-    ------
-    InputError
-        If the model is unknown, or an insertion has less than three rows.
+    More than 60 rows are thinned evenly. The bending stiffness of the needle turns wrenches into deflections: an error
+    of it is one of the predicted tip. Raises InputError if the model is unknown, or an insertion has less than three
+    rows.
     """
     one_of("model", model, WRENCH_MODELS)
     if not insertions or any(len(each) < 3 for each in insertions):

@@ -34,24 +34,16 @@ _CONTACT = 0.25  # [of the deepest indentation] by which the contact may be else
 
 @dataclass(frozen=True, eq=False)
 class StiffnessByLabel:
-    """A condensed tissue and how its compliance changes with the moduli of its labels.
+    """A condensed tissue and how its compliance changes with the moduli of its labels: the stiffness of the path that
+    each label contributes, and last that of the others.
 
-    Attributes
-    ----------
-    condensed : CondensedTissue
-        With the moduli of the tissue.
-    shares : ndarray, shape (k, n, n)
-        Stiffness of the path that each label contributes [N/m], and last that of the others.
-
-    Notes
-    -----
-    With the displacements U for unit forces at the path, ``dS = -U' dK U`` exactly. The shares are
-    ``S^-1 U' K_i U S^-1``: their sum is the stiffness, and scaled by factors of the moduli they are Rayleigh's bound on
-    it, with the right value and slope. A common factor of all moduli is exact.
+    With the displacements U for unit forces at the path, ``dS = -U' dK U`` exactly. The shares are ``S^-1 U' K_i U
+    S^-1``: their sum is the stiffness, and scaled by factors of the moduli they are Rayleigh's bound on it, with the
+    right value and slope. A common factor of all moduli is exact.
     """
 
     condensed: CondensedTissue
-    shares: np.ndarray
+    shares: np.ndarray  # (k, n, n) [N/m]
 
     def compliance(self, logarithms: np.ndarray) -> np.ndarray:
         """Of the path (n, n) [m/N], for logarithms (k - 1,) of the factors of the moduli."""
@@ -61,13 +53,8 @@ class StiffnessByLabel:
 
 
 def stiffness_by_label(tissue: Tissue, path: NeedlePath, labels: Sequence[str]) -> StiffnessByLabel:
-    """Condense a tissue onto a path and divide its stiffness among labels; without any all have one factor.
-
-    Raises
-    ------
-    InputError
-        As of ``Tissue.condense``.
-    """
+    """Condense a tissue onto a path and divide its stiffness among labels; without any all have one factor. Raises
+    InputError as ``Tissue.condense``."""
     condensed = tissue.condense(path)
     total = np.linalg.inv(condensed.compliance)
     if not labels:

@@ -19,28 +19,11 @@ _MIN_STEPS = 4
 
 
 class PressedSolid:
-    """A solid and the boundary that is pressed into it.
+    """A solid and the boundary that is pressed into it: the top, or a boundary of the mesh that is a part of it.
 
-    Parameters
-    ----------
-    tissue : HyperelasticTissue
-        The solid.
-    boundary : str
-        The top, or a boundary of the mesh that is a part of it.
-    bonded : bool
-        Whether its points keep their place across; without, they slide.
-    steps : int
-        Depths at which the stiffness is solved, 4 or more.
-
-    Attributes
-    ----------
-    area, radius : float
-        Of the boundary [m^2], and of a circle that is as large [m].
-
-    Raises
-    ------
-    InputError
-        If the boundary is unknown or not on the surface, or the solid is another.
+    ``bonded`` is whether its points keep their place across; without, they slide. The stiffness is solved at ``steps``
+    depths, 4 or more. ``area`` is that of the boundary [m^2], ``radius`` that of a circle as large [m]. Raises
+    InputError if the boundary is unknown or not on the surface, or the solid is another.
     """
 
     def __init__(self, tissue: HyperelasticTissue, boundary: str, *, bonded: bool, steps: int):
@@ -78,25 +61,9 @@ class PressedSolid:
         return "half-space", (1.0 - ratio**2) * slope / (2.0 * self.radius)
 
     def stiffness(self, materials: Mapping[str, Hyperelastic], deepest: float) -> Any:
-        """Logarithm of force by indentation [N/m] as a function of indentation; beyond the deepest a line.
-
-        Parameters
-        ----------
-        materials : dict of str to NeoHookean or MooneyRivlin
-            Of all labels.
-        deepest : float
-            Indentation up to which the solid is solved [m].
-
-        Returns
-        -------
-        callable
-            Of indentations (n,), at least 0 [m].
-
-        Raises
-        ------
-        InputError
-            If there is no solution; the last depth that was reached is named.
-        """
+        """Logarithm of force by indentation [N/m] as a function of indentations (n,), at least 0 [m], solved up to the
+        deepest and beyond it a line, for the materials of all labels. Raises InputError if there is no solution; the
+        last depth that was reached is named."""
         from scipy.interpolate import CubicSpline
 
         linear, reached = self.tissue.tissue, [0.0]
@@ -140,32 +107,15 @@ _STEP = 0.05  # of the logarithm of a modulus, or of the share of c01, in a deri
 
 
 class HyperelasticParameters:
-    """Numbers that a fit finds: logarithms of factors of moduli, then the share of c01 in c10 + c01, if searched.
+    """Numbers that a fit finds: logarithms of factors of moduli, then the share of c01 in c10 + c01, if searched: one
+    for all Mooney-Rivlin materials that are found.
 
-    Parameters
-    ----------
-    start : dict of str to NeoHookean or MooneyRivlin
-        Materials of all labels.
-    labels : tuple of str
-        Those with a factor of their own, the others keep theirs; none for one factor of all.
-    find_c01 : bool
-        Whether the share of c01 is searched, one for all Mooney-Rivlin materials that are found.
+    ``labels`` are those with a factor of their own, the others keep theirs; none for one factor of all. ``found`` are
+    the labels whose moduli are found, ``count`` and ``scales`` the numbers of all and of the factors. ``common`` is the
+    last factor if all moduli have one: their derivatives of the logarithm of a force add up to 1. ``exact`` is whether
+    one factor of all is the only number: the force is proportional to it.
 
-    Attributes
-    ----------
-    found : tuple of str
-        Labels whose moduli are found.
-    count, scales : int
-        Of all numbers, and of the factors among them.
-    common : int or None
-        The last factor, if all moduli have one: their derivatives of the logarithm of a force add up to 1.
-    exact : bool
-        Whether one factor of all is the only number: the force is proportional to it.
-
-    Raises
-    ------
-    InputError
-        If a label is unknown, or no material that is found is Mooney-Rivlin where c01 is searched.
+    Raises InputError if a label is unknown, or no material that is found is Mooney-Rivlin where c01 is searched.
     """
 
     def __init__(self, start: Mapping[str, Hyperelastic], labels: tuple[str, ...], find_c01: bool):
