@@ -2,6 +2,7 @@
 """One recording of a campaign: what it shows without a model (motion, maximum force, baselines, sampling), its result
 with its anomalies, and numbers formatted for their sentences."""
 
+import math
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -49,7 +50,7 @@ class Anomaly:
     kind : str
         A short name, such as ``sign``, ``force_unit``, ``motion`` or ``outlier``.
     quantity : str
-        The quantity that is anomalous.
+        The quantity that is anomalous; empty for none.
     value : float
         Its value [``unit``].
     usual : float
@@ -63,10 +64,10 @@ class Anomaly:
     """
 
     kind: str
-    quantity: str
-    value: float
-    usual: float
-    unit: str
+    quantity: str = ""
+    value: float = math.nan
+    usual: float = math.nan
+    unit: str = ""
     sentence: str
     left_out: bool = False
 

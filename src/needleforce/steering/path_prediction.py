@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings, between
 from .path_simulation import SimulatedPath, Simulation
-from .steering_parameters import STEP, Parameter, deviations_of, search_values
+from .steering_parameters import STEP, Parameter, deviations_of
 from .tip_paths import TipPath
 
 
@@ -179,7 +179,7 @@ class PathPredictor:
         for parameter in self.parameters:
             number, step = parameter.inside(self.values[parameter.name]), STEP * parameter.spread
             step = step if parameter.outside(number + step) <= parameter.high else -step
-            moved = self.values | search_values([parameter], np.array([number + step]))
+            moved = self.values | {parameter.name: parameter.outside(number + step)}
             slopes.append((self._residuals_with(moved, path, rows) - here) * (parameter.spread / step))
         stacked = np.array(slopes).reshape(len(slopes), *here.shape)
         if not self.insertions and self.covariance is not None:

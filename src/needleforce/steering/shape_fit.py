@@ -4,7 +4,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,10 +15,9 @@ from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from .needle_shapes import NeedleShape
 from .path_errors import OFFSET_SPREAD, POSITION_NOISE, TILT_SPREAD, UNEVENNESS, integrated_wiener
-from .path_prediction import PathPredictor
-from .path_simulation import bevel_length_of, simulated_path
+from .path_simulation import bevel_length_of
 from .result import SteeringResult
-from .steering_model import SteeringModel
+from .steering_model import identified_model
 from .steering_parameters import ALIGNED, SHAPE_MODELS, Progress, search, within_reach
 
 _POINTS = 20  # of a shape that are compared
@@ -38,13 +36,8 @@ class ShapeFit(SteeringResult):
 
     def predict(self, shape: NeedleShape) -> np.ndarray:
         """The shape that follows from base and tip of a measured one, at its points, (n, 3) [m]."""
-        slope = _base_slope(shape)
-        points = needle_shape(
-            self.model.needle,
-            self.model.values["modulus"],
-            shape.tip - np.append(shape.points[0, :2], 0.0),
-            slope=slope,
-        )
+        tip, modulus = shape.tip - np.append(shape.points[0, :2], 0.0), self.model.values["modulus"]
+        points = needle_shape(self.model.needle, modulus, tip, slope=_base_slope(shape))
         along = shape.points[:, 2]
         across = np.column_stack([np.interp(along, points[:, 2], column) for column in points[:, :2].T])
         return np.column_stack([across + shape.points[0, :2], along])
@@ -160,8 +153,8 @@ def identify_shapes(
     parameters = within_reach(SHAPE_MODELS[model], needle.length, max(each.depth for each in shapes))
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
-    fit = ShapeFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
+    fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)
+    fit = ShapeFit(fitted, found.estimates, found.trade_offs, {})
     off = {each.name: fit.predict(each)[:, :2] - each.points[:, :2] for each in shapes}
     rms = {name: float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) for name, apart in off.items()}
     return replace(fit, rms=rms)

@@ -4,7 +4,6 @@ leave unexplained aside."""
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,10 +12,10 @@ from .. import core
 from ..checks import one_of
 from ..errors import InputError
 from .path_errors import PathErrors
-from .path_prediction import PathPredictor, readings_of, residuals_of
+from .path_prediction import readings_of, residuals_of
 from .path_simulation import simulated_path
 from .result import SteeringResult
-from .steering_model import SteeringModel
+from .steering_model import identified_model
 from .steering_parameters import MODELS, Progress, held_at, search, within_reach
 from .tip_paths import TipPath
 
@@ -101,14 +100,11 @@ def identify_paths(
     deepest = max(float(path.depth.max()) for path in insertions)
     parameters = within_reach(held_at(MODELS[model], held), needle.length, deepest)
     found = search(parameters, misfit, progress)
-    simulate = partial(simulated_path, needle=needle)
-    predictor = PathPredictor(simulate, found.values, tuple(insertions), parameters, found.covariance)
-    return SteeringFit(
-        model=SteeringModel(model, found.values, needle, predictor),
-        parameters=found.estimates,
-        trade_offs=found.trade_offs,
-        rms={path.name: predictor.rms(path) for path in insertions},
+    fitted = identified_model(
+        model, needle, found.values, parameters=parameters, covariance=found.covariance, insertions=tuple(insertions)
     )
+    rms = {path.name: fitted.predictor.rms(path) for path in insertions}
+    return SteeringFit(fitted, found.estimates, found.trade_offs, rms)
 
 
 class Response(NamedTuple):

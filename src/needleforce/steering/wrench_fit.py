@@ -2,8 +2,7 @@
 """Wrenches at the base of an insertion, and tissue, tip and guide from them alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,10 +10,9 @@ from .. import core
 from ..checks import finite_array, one_of
 from ..errors import InputError
 from ..recording import Recording
-from .path_prediction import PathPredictor
 from .path_simulation import simulated_path
 from .result import SteeringResult
-from .steering_model import SteeringModel
+from .steering_model import identified_model
 from .steering_parameters import ALIGNED, WRENCH_MODELS, Progress, held_at, search, within_reach
 from .tip_paths import MAX_COMPARED, TipPath
 from .wrench_sensor import WrenchSensor
@@ -183,10 +181,10 @@ def identify_wrenches(
     parameters = within_reach(held_at(WRENCH_MODELS[model], held), needle.length, deepest)
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
-    fit = WrenchFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
-    rms = {each.name: np.sqrt(np.mean((fit.predict(each) - each.lateral) ** 2, axis=0)) for each in insertions}
-    return replace(fit, rms=rms)
+    fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)
+    left = {each.name: _simulated(values, each, needle) - each.lateral for each in insertions}
+    rms = {name: np.sqrt(np.mean(apart**2, axis=0)) for name, apart in left.items()}
+    return WrenchFit(fitted, found.estimates, found.trade_offs, rms)
 
 
 def _simulated(values: dict[str, float], insertion: BaseWrench, needle: core.Needle) -> np.ndarray:
