@@ -10,7 +10,7 @@ import typer
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
+from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, Condition
@@ -53,19 +53,13 @@ def run(
     options = {"pattern": given.pattern, "mapping": given.labels, "model": given.model, "needle": body}
     reading = given.reading.of_every_file() | {"instrument": given.reading.mapping}
     done = campaign(source, **options, **reading, progress=progress)
-    _write(done, given.table, given.report, given.json)
+    if given.json is not None:
+        write_json(done.to_json(), given.json)
+    write_file("written", given.table, done.save_table)
+    write_file("written", given.report, done.report)
     _show(done, quiet=given.json == "-")
     if not any(one.has_parameters for one in done.recordings):
         raise typer.Exit(1)
-
-
-def _write(done: "Campaign", table: Path | None, report: Path | None, json: str | None) -> None:
-    if json is not None:
-        write_json(done.to_json(), json)
-    for path, write in ((table, done.save_table), (report, done.report)):
-        if path is not None:
-            write(path)
-            say(f"written: {path}")
 
 
 def _show(done: "Campaign", quiet: bool) -> None:
