@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A hyperelastic solid under a plate or a flat end: its stiffness by indentation, and what closed forms make of it."""
+"""A hyperelastic solid under a plate or a flat end: its stiffness by indentation, the numbers of its moduli that are
+found, and what a linear solid and closed forms make of the curve."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,13 +8,16 @@ from typing import Any
 import numpy as np
 
 from ...checks import instance_of
+from ...core import tips
 from ...errors import InputError
+from ...identification.contact_search import MIN_IN_CONTACT, ContactSearch
+from ...identification.one_layer.deformation_fit import FLIP_SIGN
 from ..elastic.elements import Symmetry
 from ..elastic.factorisation import Factor
 from ..elastic.supports import facets_of, unknowns_of
+from ..hyperelastic.tissue import HyperelasticTissue
 from ..materials import Hyperelastic, MooneyRivlin, NeoHookean
 from ..mesh.mesh import library
-from .tissue import HyperelasticTissue
 
 _MIN_STEPS = 4
 
@@ -101,6 +105,26 @@ class PressedSolid:
         limit += f" {1e3 * reached:.3g} mm, {100.0 * reached / self.height:.3g} % of the height"
         step = "Give the curve up to there, with contact_depth if it is known, or a mesh of other cells."
         return InputError("indentation", f"{1e3 * deepest:.3g} mm", limit, next_step=step)
+
+
+class StraightLine:
+    """The straight line of the linear solid: force without contact, then a slope."""
+
+    def __init__(self, depth: np.ndarray, force: np.ndarray, *, radius: float, given: float | None):
+        self.depth, self.force, self.given = depth, force, given
+        zero = float(depth.min())
+        search = ContactSearch(depth - zero, force, np.ones((1, len(depth))), tips.Flat(radius=radius), None)
+        place = search.best() if given is None else given - zero
+        if not (np.isfinite(place) and (depth > zero + place).sum() > MIN_IN_CONTACT):
+            limit = f"more than {MIN_IN_CONTACT} samples must be deeper"
+            raise InputError("contact depth", f"{1e3 * (zero + place):.4g} mm", limit, next_step="Give a deeper curve.")
+        modulus = search.modulus(place)
+        if not modulus > 0.0:
+            raise InputError("force", "not rising with depth", "no contact was found", next_step=FLIP_SIGN)
+        unit = search.unit_force(place)[0]
+        self.slope = 2.0 * modulus * radius  # [N/m]
+        self.contact, self.zero = zero + place, float(np.mean(force - modulus * unit))  # [m], [N]
+        self.rmse = float(np.std(force - modulus * unit))
 
 
 _STEP = 0.05  # of the logarithm of a modulus, or of the share of c01, in a derivative
