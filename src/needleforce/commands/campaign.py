@@ -83,11 +83,10 @@ def _row(condition: "Condition", shown: list[str]) -> list[str]:
     from ..campaign.result import quality_cells
     from ..display.quantities import quantity
 
-    values = [condition.parameters.get(name) for name in shown]
-    cells = ["-" if e is None else _cell(str(quantity(e.value, e.low, e.high, e.unit)), e.identifiable) for e in values]
+    cells = []
+    for name in shown:
+        found = condition.parameters.get(name)
+        text = "-" if found is None else str(quantity(found.value, found.low, found.high, found.unit))
+        cells.append(text if found is None or found.identifiable else f"not identified ({text})")
     used = f"{len(condition.pooled)}/{len(condition.recordings)}"
     return [condition.name, used, *quality_cells(condition.quality), *cells]
-
-
-def _cell(text: str, identifiable: bool) -> str:
-    return text if identifiable else f"not identified ({text})"

@@ -296,9 +296,5 @@ def _steepest(engine: Insertion, depths: np.ndarray, dt: float, cycle: float) ->
     return max(sample.force_by_depth + per_speed * sample.force_by_velocity for sample in samples)
 
 
-def _probe() -> np.ndarray:
-    travel = np.geomspace(1e-9, 5e-3, 80)
-    return np.concatenate([[0.0], -travel, travel - travel[-1]])
-
-
-PROBE = _probe()  # m, from the deepest point back and forth
+_TRAVEL = np.geomspace(1e-9, 5e-3, 80)
+PROBE = np.concatenate([[0.0], -_TRAVEL, _TRAVEL - _TRAVEL[-1]])  # m, from the deepest point back and forth

@@ -239,17 +239,15 @@ def _pictures(facts: SolidFacts) -> list[Figure]:
         what = " and ".join(NAMES[each] for each in quantities)
         what = what[0].upper() + what[1:]
         caption = f"{what}. {_COLOURS}{_SCALES[quantities[1]]}{lines}"
-        alt = f"{what} around the needle: {', '.join(_range(shown.field(each), each) for each in quantities)}."
+        units = {each: "Pa" if each in ("von_mises", "stress") else "m" for each in quantities}
+        fields = {each: shown.field(each) for each in quantities}
+        ends = [f"{NAMES[n]} {plain(f.low, units[n])} to {plain(f.high, units[n])}" for n, f in fields.items()]
+        alt = f"{what} around the needle: {', '.join(ends)}."
         wide, narrow = (min(ratio * width + 80.0, _MAX_HEIGHT) for width in (275.0, 225.0))
         draw = partial(fields_figure, facts=facts, quantities=quantities)
         name = "-".join(quantities)
         made.append(Figure(name=name, draw=draw, heights=(wide, 2.0 * narrow), caption=caption, alt=alt))
     return made
-
-
-def _range(field: Field, quantity: str) -> str:
-    unit = "Pa" if quantity in ("von_mises", "stress") else "m"
-    return f"{NAMES[quantity]} {plain(field.low, unit)} to {plain(field.high, unit)}"
 
 
 def fields_figure(figure: "Drawing", sheet: Sheet, *, facts: SolidFacts, quantities: tuple[str, ...]) -> None:

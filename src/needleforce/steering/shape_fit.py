@@ -145,7 +145,8 @@ def identify_shapes(
     def misfit(values: dict[str, float]) -> np.ndarray:
         parts = []
         for each, along, factor, measured in zip(shapes, places, factors, planes):
-            simulated = _simulated(values, needle, each.depth)
+            travel, guide = each.depth - values["surface"], values["guide_distance"]
+            simulated = _pushed(needle, values["modulus"], values["tip_force"], travel, guide_distance=guide)
             residuals = measured - np.interp(along, simulated[:, 2], simulated[:, 0])
             parts.append(np.linalg.solve(factor, residuals))
         return np.concatenate(parts)
@@ -158,11 +159,6 @@ def identify_shapes(
     off = {each.name: fit.predict(each)[:, :2] - each.points[:, :2] for each in shapes}
     rms = {name: float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) for name, apart in off.items()}
     return replace(fit, rms=rms)
-
-
-def _simulated(values: dict[str, float], needle: core.Needle, depth: float) -> np.ndarray:
-    travel, guide = depth - values["surface"], values["guide_distance"]
-    return _pushed(needle, values["modulus"], values["tip_force"], travel, guide_distance=guide)
 
 
 def _in_plane(shape: NeedleShape, along: np.ndarray) -> np.ndarray:

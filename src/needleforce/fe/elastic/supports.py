@@ -53,18 +53,13 @@ def held(elements: Elements, supports: Mapping[str, str]) -> np.ndarray:
     boundary is not along an axis, or a part of the mesh can move as a rigid body."""
     mesh, mask = elements.mesh, np.zeros(elements.count, dtype=bool)
     for name, kind in supports.items():
-        support = _support(kind, name)
-        if support is not Support.FREE:
-            _hold(mask, elements, facets_of(elements, name), support, name)
+        one_of(f"support of {name!r}", kind, Support)
+        if kind != Support.FREE:
+            _hold(mask, elements, facets_of(elements, name), Support(kind), name)
     if _has_axis(elements):
         _hold(mask, elements, _facets_at(mesh, 0, 0.0), Support.SLIDING, "axis")
     _check_rigid(elements, mask)
     return mask
-
-
-def _support(kind: str, name: str) -> Support:
-    one_of(f"support of {name!r}", kind, Support)
-    return Support(kind)
 
 
 def _hold(mask: np.ndarray, elements: Elements, facets: np.ndarray, support: Support, name: str) -> None:

@@ -113,7 +113,8 @@ def force_distribution(
     if profile not in PROFILES:
         raise InputError("profile", profile, f"must be {' or '.join(PROFILES)}")
     observed = moved.T.ravel()[np.tile(seen, at.shape[1])]
-    response = _response(tissue, path, at)[np.tile(seen, at.shape[1])]
+    unit = tissue.solve(path.loads(tissue).toarray())  # for unit forces at the nodes of the path
+    response = np.asarray(tissue.values_at(at) @ unit)[np.tile(seen, at.shape[1])]
     models = list(_smooth(path) if profile == "smooth" else _peaks(path))
     _check_count(len(observed), models[0].basis.shape[1], profile)
     forces, covariance, sigma = _averaged(response, observed, models, noise)
@@ -152,11 +153,6 @@ def _check_count(observed: int, numbers: int, profile: str) -> None:
     if profile == "peak":
         step = "Use more markers."
     raise InputError("markers", f"{observed} coordinates", f"{numbers} numbers are to be found", next_step=step)
-
-
-def _response(tissue: Tissue, path: NeedlePath, at: np.ndarray) -> np.ndarray:
-    """Displacements of the markers, coordinate by coordinate, for unit forces at the nodes of the path."""
-    return np.asarray(tissue.values_at(at) @ tissue.solve(path.loads(tissue).toarray()))
 
 
 def _smooth(path: NeedlePath) -> Iterator[_Linear]:

@@ -60,7 +60,8 @@ def stiffness_by_label(tissue: Tissue, path: NeedlePath, labels: Sequence[str]) 
     if not labels:
         return StiffnessByLabel(condensed, np.stack([total, np.zeros_like(total)]))
     displaced = tissue.solve(path.loads(tissue).toarray()) @ total
-    shares = [_symmetric(displaced.T @ (_stiffness_of(tissue, label) @ displaced)) for label in labels]
+    shares = [displaced.T @ (_stiffness_of(tissue, label) @ displaced) for label in labels]
+    shares = [0.5 * (share + share.T) for share in shares]
     return StiffnessByLabel(condensed, np.stack([*shares, total - sum(shares)]))
 
 
@@ -69,10 +70,6 @@ def _stiffness_of(tissue: Tissue, label: str) -> csc_array:
     here = tissue.mesh.labels.astype(str) == label
     shear, lame = tissue.moduli()
     return tissue.elements.stiffness(np.where(here, shear, 0.0), np.where(here, lame, 0.0))
-
-
-def _symmetric(matrix: np.ndarray) -> np.ndarray:
-    return 0.5 * (matrix + matrix.T)
 
 
 @dataclass(frozen=True, eq=False)
