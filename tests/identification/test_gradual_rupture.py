@@ -72,6 +72,32 @@ def test_a_replay_puts_the_peak_where_the_recording_has_it():
     assert abs(peak - fit.parameters.puncture_depth.value) < 0.15e-3
 
 
+@pytest.mark.parametrize("width", [0.1e-3, 0.3e-3, 0.7e-3, 1.5e-3])
+def test_a_replay_meets_the_peak_of_its_own_recording(width):
+    """Contact and punctures of the recording change nothing: the fit has them where the events say."""
+    for seed in range(3):
+        recording = insertion(width, seed)
+        fit, top = nf.identify(recording), recording.force.max()
+        assert fit.predict(recording, events=nf.segment(recording)).max() == pytest.approx(top, rel=0.05), seed
+
+
+@pytest.mark.parametrize("width, limit", [(0.3e-3, 0.05), (0.7e-3, 0.05), (1.5e-3, 0.14)])
+def test_a_replay_of_another_puncture_has_its_force(monkeypatch, width, limit):
+    """One tissue that ruptures 15 % earlier to 20 % later, in a zero of the depth that moves by up to 0.8 mm. The force
+    at the peak goes by the square of the indentation, 4 mm; segmentation has a flat peak within 0.3 mm only."""
+    runs = []
+    for k, longer in enumerate((1.0, 0.85, 0.95, 1.1, 1.2)):
+        monkeypatch.setattr(f"{__name__}.ONSET", ONSET_AT := 4e-3 * longer)
+        monkeypatch.setattr(f"{__name__}.PEAK", (ONSET_AT / 4e-3) ** 2)
+        run = insertion(width, k)
+        runs.append(nf.Recording(time=run.time, depth=run.depth + 0.2e-3 * k, force=run.force))
+    fit = nf.identify(runs[:1])
+    met = [fit.predict(run, events=nf.segment(run)).max() / run.force.max() for run in runs]
+    assert np.abs(np.log(met)).max() < limit, met
+    alone = [fit.predict(run).max() / run.force.max() for run in runs]
+    assert max(alone) - min(alone) > 3.0 * (max(met) - min(met))
+
+
 @pytest.mark.parametrize("filter_length", [1, 10])
 def test_a_sharp_rupture_is_not_gradual(filter_length):
     """The noise of 4 mN alone, and behind a declared average of 10 samples, 40 um of travel."""

@@ -48,6 +48,18 @@ def test_a_hold_and_a_withdrawal_that_one_layer_misses_are_evidence_for_layers(r
     assert not any("which this model omits" in each for each in fit.warnings)
 
 
+def test_the_engine_has_the_surface_of_the_layered_model():
+    """Whatever contact depth one layer has."""
+    run = recorded(0, kept=0.4)
+    fit = nf.identify(run)
+    contact = dataclasses.replace(fit.parameters["contact_depth"], value=1e-3)
+    fit = dataclasses.replace(fit, parameters={**fit.parameters, "contact_depth": contact})
+    for events in (None, nf.segment(run)):
+        model, surface = fit.placed(run, events)
+        force = nf.Insertion(model, max_speed=np.inf).forces(run.depth - surface, np.full(len(run), 5e-3))
+        assert np.std(force - run.force) < 1.05 * np.std(fit.predict(run, events) - run.force)
+
+
 def test_the_puncture_of_a_layered_default_is_the_measured_one():
     runs = [recorded(seed, kept=0.4) for seed in range(2)]
     fit, one = nf.identify(runs), nf.identify(runs, model="paper")
@@ -89,3 +101,40 @@ def test_a_depth_of_the_layered_model_elsewhere_is_named(name):
         words = [each for each in fit.warnings if each.startswith(f"{name} is ") and "in the layered model" in each]
         assert bool(words) == named
         assert not named or f"{1e3 * (measured.value + shift):.3g} mm" in words[0]
+
+
+def rounded(seed, friction=60.0, outlier=False, noise=5e-3):
+    """In, two seconds of rest, out: a contact that friction replaces without a fall of the force; without friction, an
+    elastic contact that gives back what pressed it in."""
+    rate, contact, onset = 200, 3e-3, 4e-3
+    inwards = np.linspace(contact - 4e-3, contact + 11e-3, 15 * rate // 3)
+    depth = np.concatenate([inwards, np.full(2 * rate, inwards[-1]), inwards[::-1]])
+    h = np.clip(depth - contact, 0.0, None)
+    slip = np.clip(1.0 - (np.maximum.accumulate(depth) - depth) / 0.5e-3, -1.0, 1.0)
+    pressed = np.minimum(h, onset) ** 2 * friction * 11e-3 / onset**2 * 0.36
+    force = pressed + friction * np.clip(h - onset, 0.0, None) if friction else 60.0 * 3e-3 * (h / onset) ** 2
+    if friction:
+        back = len(inwards) + 2 * rate
+        force[back:] = np.where(slip[back:] > -1.0, slip[back:], -1.0) * friction * 0.5 * h[back:]
+    force = force + np.random.default_rng(seed).normal(0.0, noise, len(force))
+    if outlier:
+        force[40] += 0.4
+    return nf.Recording(time=np.arange(len(depth)) / rate, depth=depth, force=force)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_cycle_without_a_puncture_has_a_layered_model_that_says_what_is_lacking(seed):
+    run = rounded(seed, outlier=seed == 1)
+    assert str(nf.segment(run).status) == "no_puncture"
+    fit = nf.identify(run)
+    assert fit.model.name == "identified_layered_yielding" and fit.quality.nrmse < 0.05
+    assert "lack a puncture" in first(fit) and "puncture_force" not in fit.parameters
+    assert fit.predict(run).max() == pytest.approx(run.force[100:].max(), rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_presses_back_was_not_entered_and_the_reason_is_named_before_an_outlier(seed):
+    fit = nf.identify(rounded(seed, friction=0.0, outlier=True))
+    assert fit.model is None and fit.recordings[0].notes[0] == "There is no puncture."
+    with pytest.raises(nf.InputError, match="There is no puncture"):
+        fit.identified_model()

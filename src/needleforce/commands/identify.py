@@ -136,8 +136,7 @@ def _show(fit: "Fit", quiet: bool) -> None:
     table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])
     _show_parameters(fit)
     if fit.quality is not None:
-        rms, share = 1e3 * fit.quality.rmse_N, 100.0 * fit.quality.nrmse
-        say(f"residual: {rms:.3g} mN rms, {share:.2g} % of the peak force, R² {fit.quality.r2:.3f}")
+        say(f"residual: {fit.quality}")
     if hasattr(fit.settings, "evidence"):
         _show_evidence(fit.settings)
     ratio = None if fit.settings is None else fit.settings.lateral_over_axial_force

@@ -4,7 +4,7 @@
 from collections.abc import Iterable, Sequence
 from dataclasses import KW_ONLY, asdict, dataclass, replace
 from itertools import combinations
-from math import isfinite, sqrt
+from math import isfinite, isnan, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -166,11 +166,21 @@ class Quality:
         The same over the peak force [1].
     r2 : float
         Coefficient of determination R² [1]; negative where the mean force fits better than the model.
+    sliding_N, reversal_N : float
+        Root mean square [N] where the needle slides, and where friction reverses at the start of the withdrawal; NaN
+        for a model of layers and without a reversal.
     """
 
     rmse_N: float
     nrmse: float
     r2: float
+    sliding_N: float = nan
+    reversal_N: float = nan
+
+    def __str__(self) -> str:
+        parts = f" (sliding {1e3 * self.sliding_N:.3g}, reversal of friction {1e3 * self.reversal_N:.3g} mN)"
+        shown = "" if isnan(self.reversal_N) else parts
+        return f"{1e3 * self.rmse_N:.3g} mN rms{shown}, {percent(self.nrmse)} of the peak force, R² {self.r2:.3f}"
 
 
 def is_meaningful(name: str, low: float, high: float, *, force: float, depth: float) -> bool:

@@ -29,6 +29,7 @@ from .model_choice import (
     choice_of,
     cycle_evidence,
     falls_gradually,
+    held_by_tissue,
     match_of,
     meets_puncture,
     misses_cycle,
@@ -68,6 +69,11 @@ LAYERED_BY_DEFAULT = (
     "The model is layered_yielding: no model of one layer describes these recordings up to their puncture. Give "
     "model='cone_cylinder' for one layer as it stands."
 )
+LAYERED_WITHOUT_PUNCTURE = (
+    "The model is layered_yielding: the recordings lack a puncture, a fall of the force beyond noise and texture, "
+    "which a model of one layer needs, but the tissue holds the needle in the withdrawal. Rupture depths are by the "
+    "whole cycle; there is no measured puncture force."
+)
 
 
 def identify(
@@ -97,9 +103,10 @@ def identify(
         A name in ``MODELS`` or ``BENT``, or ``layered`` or ``layered_yielding`` (both passive) or
         ``layered_as_fitted``, which are fitted to complete cycles.
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
-        neither meets the puncture or the noise. ``layered_yielding`` with a withdrawal if either no law of one layer
-        meets the puncture, or one layer leaves more than 5 % of the peak over insertion, hold and withdrawal and the
-        evidence for layers is very strong (a difference of BIC of 10). The choice is in ``choice`` and ``warnings``.
+        neither meets the puncture or the noise. ``layered_yielding`` with a withdrawal if no law of one layer meets the
+        puncture, if there is no puncture but the tissue holds the needle in the withdrawal, or if one layer leaves more
+        than 5 % of the peak over insertion, hold and withdrawal and the evidence for layers is very strong (a
+        difference of BIC of 10). The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
     bending : str or path-like, optional
@@ -191,7 +198,8 @@ def _with_layers(
     fit: Fit, law: str, singles: list[SegmentedRecording], given: FitInputs, progress: Progress | None
 ) -> Fit:
     """The one-layer fit, or the layered one where the complete cycles support it."""
-    if not any(single.fits and len(single.strokes.depth_out) for single in singles):
+    punctured = any(single.fits for single in singles)
+    if not any(len(single.strokes.depth_out) if punctured else held_by_tissue(single) for single in singles):
         return fit
     if fit.model is not None and not misses_cycle(fit, singles):
         return fit
@@ -202,7 +210,8 @@ def _with_layers(
         return fit
     layered = with_one_layer_parameters(layered, fit)
     if fit.model is None:
-        return dataclasses.replace(layered, warnings=(LAYERED_BY_DEFAULT, *layered.warnings))
+        reason = LAYERED_BY_DEFAULT if punctured else LAYERED_WITHOUT_PUNCTURE
+        return dataclasses.replace(layered, warnings=(reason, *layered.warnings))
     evidence = cycle_evidence(fit, layered, singles)
     if evidence is None:
         return fit

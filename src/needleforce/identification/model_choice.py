@@ -9,9 +9,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ..segmentation.contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from ..vocabulary import Phase
 from .diagnostics import MAX_RESIDUAL, quality
 from .estimates import Estimate
+from .one_layer.fit_recording import peak_force
 from .one_layer.loading_curves import FITS
 from .one_layer.puncture_force import MeasuredPeak, PunctureMatch, measured_peak, puncture_match
 from .one_layer.segmented_recording import SegmentedRecording
@@ -22,6 +24,7 @@ from .statistics.noise import SIGNIFICANT, noise_of
 from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 
 MIN_FREE_SAMPLES = 50  # of free travel, for its noise
+HELD_SHARE = 25.0  # [%] of the withdrawal below the surface: a quarter of the samples is neither noise nor a jerk
 # Parameters that the one-layer fit takes from the part of a recording that shows them
 ONE_LAYER = (
     "contact_depth",
@@ -174,6 +177,17 @@ def _puncture_ratio(singles: list[SegmentedRecording], law: str) -> float:
     """Median of modelled over measured force at the puncture; NaN where none is known."""
     ratios = [match.ratio for match in (match_of(single, law) for single in singles) if match is not None]
     return statistics.median(ratios) if ratios else math.nan
+
+
+def held_by_tissue(single: SegmentedRecording) -> bool:
+    """Whether the tissue pulls at the needle over a quarter of the withdrawal, as it does only after the needle has
+    entered: by more than five standard deviations of the noise and than the zero changes within a recording."""
+    events, strokes = single.events, single.strokes
+    if events.contact is None or events.baseline is None:
+        return False
+    inside = strokes.force_out[strokes.depth_out > events.contact.depth]
+    min_pull = max(CROSSING_SIGMA * events.noise, MAX_BASELINE_CHANGE * peak_force(single))
+    return len(inside) > 0 and float(np.percentile(inside, HELD_SHARE)) < events.baseline - min_pull
 
 
 def misses_cycle(fit: Fit, singles: list[SegmentedRecording]) -> bool:

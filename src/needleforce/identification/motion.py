@@ -13,8 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from .. import core
+from ..segmentation.strokes import cycles
 
 REST_SPEED_SHARE = 0.2  # of the stroke's mean speed: slower, the force is that of a relaxing tissue
+MIDDLE_OF_HOLD = 0.4  # [of a hold] without braking and the start of the withdrawal
 MIN_REST_S = 0.1  # [s] a shorter rest is not seen
 
 
@@ -121,6 +123,23 @@ def resting(time: np.ndarray, signal: DepthSignal) -> np.ndarray:
     half = 0.5 * max(MIN_REST_S, 2.0 * signal.backtrack_limit / (REST_SPEED_SHARE * speed))
     reach = max(round(half / step), 1)
     return _change(deepest, reach) < REST_SPEED_SHARE * speed * _change(time, reach)
+
+
+def wander_at_rest(time: np.ndarray, depth: np.ndarray) -> float:
+    """Largest range [m] in which a depth (n,) may stray over a hold; 0 without one.
+
+    The middle two fifths of a hold show it without braking; a drift continues over all of it.
+    """
+    holds = [
+        middle_of(each.stop, each.withdrawal_start) for each in cycles(time, depth) if each.withdrawal_start > each.stop
+    ]
+    return max((float(np.ptp(depth[hold])) for hold in holds), default=0.0) / MIDDLE_OF_HOLD
+
+
+def middle_of(first: int, last: int) -> slice:
+    """The samples of a hold without its braking and the start of the withdrawal, at least one."""
+    margin = round(0.5 * (1.0 - MIDDLE_OF_HOLD) * (last - first))
+    return slice(first + margin, max(last - margin, first + margin + 1))
 
 
 def _change(values: np.ndarray, reach: int) -> np.ndarray:

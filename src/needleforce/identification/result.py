@@ -17,8 +17,9 @@ from ..recording import Recording
 from ..segmentation import Events
 from ..vocabulary import Status
 from .estimates import Correlations, Estimate, EstimateResult, Parameters, Quality, correlations_of
-from .models import run_model, with_ruptures
+from .models import run_model
 from .recording_fit import RecordingFit
+from .replay import replayed
 from .settings import Choice, FitSettings
 from .two_pass.result import TwoPass
 
@@ -77,7 +78,8 @@ class Fit(EstimateResult):
             Its time and depth are used, not its force.
         events : Events, optional
             As from ``segment(recording)``: contact and punctures are then the recording's own where they were found (a
-            replay). Without it they are at the mean depths of the fit.
+            replay), moved by the distance that the fit's recordings have between events and fitted depths. Without it
+            they are at the mean depths of the fit.
 
         Returns
         -------
@@ -114,17 +116,7 @@ class Fit(EstimateResult):
             For a fit without a model.
         """
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
-        if events is not None and events.contact is not None:
-            contact = events.contact.depth
-        if events is not None and events.punctures:
-            peak = events.punctures[0].depth - contact
-            model = with_ruptures(model, [peak - self._peak_after_onset()])
-        return model, contact
-
-    def _peak_after_onset(self) -> float:
-        """Depth [m] by which the force peak is below the onset of a gradual rupture; 0 for a sharp one."""
-        found = self.parameters
-        return found["puncture_indentation"].value - found["rupture_onset"].value if "rupture_onset" in found else 0.0
+        return (model, contact) if events is None else replayed(model, contact, self.recordings, events)
 
     @property
     def shared_contact(self) -> float | None:

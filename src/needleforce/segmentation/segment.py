@@ -21,6 +21,7 @@ from .strokes import MIN_RANGE_M, cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
+NO_PUNCTURE = "There is no puncture."
 NO_EXIT_TENSION = "The needle is back at the contact depth, but no tension during withdrawal shows the exit."
 NOT_AT_BASELINE = "The needle is back at the contact depth, but the force is not at its baseline: no exit is found."
 WITHDRAWAL_INCOMPLETE = "The withdrawal ends below the contact depth: the recording is incomplete."
@@ -104,18 +105,19 @@ def segment(
     spans = phases(time, touching)
     remarks = _outlier_note(spikes_at)
     if not touching:
-        notes = (*remarks, no_contact(time, depth, force, bool(found)))
+        notes = (no_contact(time, depth, force, bool(found)), *remarks)
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
     first = next((number for number, each in enumerate(touching) if each.punctures), 0)
     chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
+    reason = () if chosen.punctures else (NO_PUNCTURE,)
     return Events(
         contact=chosen.contact,
         punctures=chosen.punctures,
         exit=chosen.exit,
         phases=spans,
         status=status,
-        notes=(*remarks, *doubtful(time, depth, clean, chosen, quantum), *notes),
+        notes=(*reason, *doubtful(time, depth, clean, chosen, quantum), *notes, *remarks),
         minor=chosen.minor,
         outliers=spikes_at,
         baseline=chosen.baseline,
@@ -216,8 +218,6 @@ def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndar
     notes = [] if chosen.free else [IN_CONTACT if chosen.in_contact else LITTLE_FREE_TRAVEL]
     if count > 1:
         notes.append(f"There are {count} insertions; the events are those of one of them.")
-    if not chosen.punctures:
-        notes.append("There is no puncture.")
     if len(chosen.minor) > chosen.oscillations:
         notes.append(_minor_note(len(chosen.minor) - chosen.oscillations))
     if chosen.oscillations:

@@ -64,6 +64,8 @@ class LayeredFit(Fit):
         from one recording.
     population_contact : float
         Depth [m] of its surface in the recordings' zero.
+    surface : float
+        The same of ``model``, from which a ``contact_depth`` that is taken from one layer may differ.
     """
 
     settings: LayeredSettings
@@ -72,6 +74,7 @@ class LayeredFit(Fit):
     uncertainty: Uncertainty | None = None
     population: Model | None = None
     population_contact: float = 0.0
+    surface: float = 0.0
 
     def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
         """As ``Fit.predict``: the mean force over the scatter of the rupture depths, which errs least.
@@ -95,13 +98,13 @@ class LayeredFit(Fit):
 
     def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
         """As ``Fit.placed``; without ``events`` the population model. Forces at another speed are not scaled."""
-        model, contact = self.identified_model(), self.parameters["contact_depth"].value
+        model, surface = self.identified_model(), self.surface
         if self.population is not None and (events is None or not events.punctures):
             return self.population, self.population_contact + self.ruptures.shift(events)
         if events is None:
-            return model, contact
+            return model, surface
         shift, depths = self.ruptures.of(events, recording)
-        return with_ruptures(model, depths - contact - shift), contact + shift
+        return with_ruptures(model, depths - surface - shift), surface + shift
 
     def document(self) -> dict:
         """As of a ``Fit``, with the rupture depths in the recordings' zero and the population model."""
@@ -189,6 +192,7 @@ def identify_layered(
         uncertainty=known,
         population=None if population is None else _model(population, None, given, usable)[0],
         population_contact=MM * float((population or ended).x[TOP]),
+        surface=MM * float(ended.x[TOP]),
     )
 
 
