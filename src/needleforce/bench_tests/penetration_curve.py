@@ -12,8 +12,8 @@ from ..errors import InputError
 from ..recording import Recording
 from ..recording.force_signal import outliers, quantum_of, without_outliers
 from ..segmentation import segment
+from ..segmentation.doubtful import MAX_ALTERNATION_SHARE
 from ..segmentation.punctures import quarter_sd, robust_sd
-from ..segmentation.segment import MAX_ALTERNATION_SHARE
 from ..segmentation.strokes import FOURTH_DIFFERENCE, cut_samples, white_noise
 from ..vocabulary import SMALLEST
 
