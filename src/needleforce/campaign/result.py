@@ -282,4 +282,4 @@ def _recording_document(one: RecordingResult) -> dict:
 
 
 def _estimates(estimates: dict[str, Estimate]) -> list[dict]:
-    return [dataclasses.asdict(each) for each in estimates.values()]
+    return [each.document() for each in estimates.values()]
