@@ -103,7 +103,7 @@ def _with_cells(data: bytes, chance: random.Random) -> bytes:
 
 
 def _with_json(data: bytes, chance: random.Random) -> bytes:
-    """JSON with words inserted, in place of what is there or besides it."""
+    """JSON with words inserted, in place of what is there or in addition to it."""
     for _ in range(chance.choice([1, 1, 2, 4])):
         at = chance.randrange(len(data))
         data = data[:at] + chance.choice(_WORDS) + data[at + chance.choice([0, 1, 5]) :]

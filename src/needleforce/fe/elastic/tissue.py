@@ -24,7 +24,7 @@ _MAX_RATIO_SIMPLEX = 0.45  # of triangles and tetrahedra of first order
 
 
 class BodyOptions(TypedDict, total=False):
-    """What every body has besides mesh and materials, as the keywords of ``Tissue``."""
+    """What every body has in addition to mesh and materials, as the keywords of ``Tissue``."""
 
     symmetry: str | None
     supports: Mapping[str, str] | None
