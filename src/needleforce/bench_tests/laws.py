@@ -172,8 +172,9 @@ def _curvature(y: np.ndarray) -> np.ndarray:
     """(y e^y - expm1(y))/y^2, by its series where that loses digits; relative error 1e-12."""
     small = np.abs(y) < 1e-2
     safe = np.where(small, 1.0, y)
-    series = 0.5 + y / 3.0 + y**2 / 8.0 + y**3 / 30.0 + y**4 / 144.0 + y**5 / 840.0
-    return np.where(small, series, (safe * np.exp(safe) - np.expm1(safe)) / safe**2)
+    series = 0.5 + y * (1 / 3 + y * (1 / 8 + y * (1 / 30 + y * (1 / 144 + y / 840))))
+    growth = np.expm1(safe)
+    return np.where(small, series, (safe * (growth + 1.0) - growth) / (safe * safe))
 
 
 def initial_modulus(law: str, coefficients: Sequence[float] | np.ndarray) -> float:

@@ -10,7 +10,8 @@ from scipy.ndimage import maximum_filter1d
 from scipy.special import ndtri, stdtrit
 
 from .. import core
-from .penetration_curve import NORMAL_95, CurveNoise
+from ..identification.statistics.curve_noise import CurveNoise
+from .penetration_curve import NORMAL_95
 from .penetration_tops import Feature, moving_mean, top_of
 
 FALSE_ALARMS = 1e-3  # peaks, and steps, found in a curve that only rises, with normal noise

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import core
+from ..identification.statistics.curve_noise import CurveNoise
 from ..vocabulary import SMALLEST
-from .penetration_curve import NORMAL_95, CurveNoise
+from .penetration_curve import NORMAL_95
 
 FIT_LENGTHS = (4, 6, 9, 13, 19, 28, 41, 60, 88, 129, 189, 277, 406, 595)  # [samples] of the fit at a peak
 MAX_SHIFT_SIGMA = 1.5  # [standard errors] by which a longer fit may move the peak

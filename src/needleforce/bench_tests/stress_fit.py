@@ -16,11 +16,12 @@ from ..identification.statistics.noise import LEVEL
 from ..vocabulary import SMALLEST
 from .law_fit import LawFit, Readings, StressCurve, solved, without_unstable
 from .laws import laws_named, mode_number
+from .stress_evidence import evidence_of, judged, slack_note, without_slack, worst_departure
 from .stress_result import MAX_MISFIT, MIN_WEIGHT, StressFit
 
 ROUNDING = 1e-9  # [of the peak stress] a smaller residual is rounding
 MIN_READINGS = 3
-MAX_FITTED_READINGS = 1000  # of a curve; more are averaged in blocks of neighbours
+MAX_FITTED_READINGS = 300  # of a curve; more are averaged in blocks of neighbours
 MIN_FREEDOM = 1.0  # of a standard error: Student's distribution has no fewer
 
 
@@ -70,7 +71,27 @@ def fit_stress(
     weighted by exp(-AICc/2) (Burnham & Anderson 2002). docs/bench_tests.md has how often it contains the truth.
     """
     names = laws_named(law)
-    used = _checked(curves, min_stretch, max_stretch)
+    given = _checked(curves, min_stretch, max_stretch)
+    fit = _fitted(given, names, fit_zero, progress)
+    if not fit.departure.found:
+        return fit
+    loaded = [without_slack(evidence_of(curve, free_zero=fit_zero)) for curve in given]
+    if not any(each is not None for each in loaded):
+        return fit
+    rest = tuple(each or curve for each, curve in zip(loaded, given, strict=True))
+    if min(len(curve.stretch) for curve in rest) < MIN_READINGS:
+        return fit
+    again = _fitted(rest, names, fit_zero, progress)
+    return replace(
+        again, notes=(*(slack_note(curve, each) for curve, each in zip(given, loaded) if each), *again.notes)
+    )
+
+
+def _fitted(
+    given: tuple[StressCurve, ...], names: tuple[str, ...], fit_zero: bool, progress: Callable[[Any, str], Any] | None
+) -> StressFit:
+    """The laws, fitted to means of neighbours, and the modulus by them or, where they miss it, by the start."""
+    used = tuple(_means(curve) for curve in given)
     readings = Readings(used, fit_zero)
     work = progress(names, "fitting") if progress else names
     found = [fit for fit in (solved(name, readings) for name in work) if fit is not None]
@@ -82,9 +103,15 @@ def fit_stress(
         reasons = "; ".join(f"{fit.law}: {fit.excluded}" for fit in fits)
         step = "Give a smaller range of stretch, or another law."
         raise InputError("law of stress and stretch", "none left", reasons, next_step=step)
-    modulus = _estimate(fits, used, chosen=len(names) > 1)
-    notes = _notes(fits, used, modulus)
-    return StressFit(laws=fits, young_modulus=modulus, curves=used, effective_readings=effective, notes=notes)
+    known = [evidence_of(curve, free_zero=fit_zero) for curve in given]
+    missed = worst_departure(known, used, readings.by_curve(fits[0].residual))
+    by_laws = _estimate(fits, used, chosen=len(names) > 1)
+    modulus, sentences = judged(by_laws, known, missed, fits[0].law, chosen=len(names) > 1)
+    by_start = modulus.value != by_laws.value
+    zeros = tuple(each.start.zero if by_start and each.start else zero for each, zero in zip(known, fits[0].zero))
+    notes = (*sentences, *_notes(fits, used, modulus))
+    return StressFit(laws=fits, young_modulus=modulus, curves=used, effective_readings=effective, zeros=zeros,
+                     departure=missed, notes=notes)  # fmt: skip
 
 
 MAX_STRETCH = 1e3  # of any solid
@@ -130,9 +157,19 @@ def _in_range(curve: StressCurve, min_stretch: float, max_stretch: float) -> Str
         limit = "tension, above stretch 1, has positive stress, compression negative stress"
         step = "Reverse the sign of one column, for example by --unit stress=-kPa or displacement=-mm."
         raise InputError("stress", "of the opposite sign as the strain", limit, curve.name, step)
-    blocks = np.array_split(used, min(MAX_FITTED_READINGS, len(used)))
-    means = np.array([(stretch[block].mean(), stress[block].mean()) for block in blocks])
-    return replace(curve, stretch=means[:, 0], stress=means[:, 1])
+    return replace(curve, stretch=stretch[used], stress=stress[used])
+
+
+def _means(curve: StressCurve) -> StressCurve:
+    """Means of neighbours, where there are more readings than a fit needs."""
+    count = len(curve.stretch)
+    if count <= MAX_FITTED_READINGS:
+        return curve
+    edges = np.linspace(0, count, MAX_FITTED_READINGS + 1).astype(int)[:-1]
+    size = np.diff(edges, append=count)
+    means = (np.add.reduceat(column, edges) / size for column in (curve.stretch, curve.stress))
+    stretch, stress = means
+    return replace(curve, stretch=stretch, stress=stress)
 
 
 def _weighted(found: list[LawFit], readings: Readings) -> tuple[tuple[LawFit, ...], float]:
@@ -242,7 +279,7 @@ def _notes(fits: tuple[LawFit, ...], curves: tuple[StressCurve, ...], modulus: E
             "the law does not describe this curve, and the modulus depends on its form."
         )
     comparable = [fit for fit in fits if fit.weight >= MIN_WEIGHT]
-    if len(comparable) > 1:
+    if len(comparable) > 1 and modulus.value == best.young_modulus:
         each = ", ".join(f"{fit.law} {fit.young_modulus:.4g} Pa ({percent(fit.weight)})" for fit in comparable)
         notes.append(f"Several laws fit comparably, with these moduli and weights: {each}; the interval includes them.")
     if not modulus.identifiable:

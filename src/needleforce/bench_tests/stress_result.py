@@ -29,6 +29,7 @@ from ..display.markup import listing, table
 from ..display.page import Figure, Page, note, section
 from ..display.quantities import DASH, percent, plain, quantity, scale
 from ..identification.estimates import Estimate, EstimateResult
+from ..identification.statistics.evidence import Departure
 from ..identification.statistics.noise import INTERVAL, TWO_SIDED
 from .law_fit import LawFit, StressCurve
 from .laws import MODES, coefficient_names, initial_stiffness, mode_number, nominal_stress
@@ -70,9 +71,13 @@ class StressFit(EstimateResult):
     young_modulus : Estimate
         E [Pa] of the best law. Its interval is that of the mixture of all laws by their weights.
     curves : tuple of StressCurve
-        The readings used, in the order of stretch; means of neighbours if there are more than a thousand.
+        The readings used, in the order of stretch; means of neighbours if there are more than three hundred.
     effective_readings : float
         How many independent readings the correlated ones count for.
+    zeros : tuple of float
+        Zero of the stress of each curve [Pa], where it is part of the fit.
+    departure : Departure
+        The slow part of the residual over the noise of the readings, and what noise alone gives once in 1000 curves.
     notes : tuple of str
         Assumptions and limits, in sentences.
     """
@@ -81,6 +86,8 @@ class StressFit(EstimateResult):
     young_modulus: Estimate
     curves: tuple[StressCurve, ...]
     effective_readings: float
+    zeros: tuple[float, ...] = ()
+    departure: Departure
     notes: tuple[str, ...]
 
     @property
@@ -92,6 +99,11 @@ class StressFit(EstimateResult):
     def misfit(self) -> float:
         """Root mean square residual of the best law over the largest stress [1]."""
         return self.best.misfit
+
+    @property
+    def by_start(self) -> bool:
+        """Whether the modulus is the slope at the start, which no law describes."""
+        return self.young_modulus.value != self.best.young_modulus
 
     def predict(self, stretch: ArrayLike, mode: str = "uniaxial") -> np.ndarray:
         """Nominal stress [Pa] of the best law at ``stretch`` (any shape) [1]."""
@@ -105,11 +117,16 @@ class StressFit(EstimateResult):
     def headline(self, mode_assumed: bool = False) -> str:
         """The result in a sentence; ``mode_assumed`` is whether the loading mode was."""
         modes = ", ".join(dict.fromkeys(curve.mode for curve in self.curves)) + " (assumed)" * mode_assumed
+        modulus = self.young_modulus
+        found = f"E = {modulus.shown} ({INTERVAL}, with the choice of the law), {law_name(self.best)}"
+        if self.by_start:
+            found = f"E = {modulus.shown} ({INTERVAL}), by the slope at the start"
+        if not math.isfinite(modulus.high - modulus.low):
+            found = f"E is not determined ({law_name(self.best)}: {plain(modulus.value, 'Pa')})"
         return (
-            f"E = {self.young_modulus.shown} ({INTERVAL}, with the choice of the law), "
-            f"{law_name(self.best)}, {modes}; misfit {percent(self.misfit)} of the largest stress"
-            + f", above {percent(MAX_MISFIT)}"
-            * (self.misfit > MAX_MISFIT)
+            f"{found}, {modes}; misfit of {law_name(self.best)} {percent(self.misfit)} of the largest stress"
+            + f", above {percent(MAX_MISFIT)}" * (self.misfit > MAX_MISFIT)
+            + "".join(f"; fitted zero of the stress {plain(zero, 'Pa')}" for zero in self.zeros)
         )
 
     def _heading(self) -> str:
@@ -133,6 +150,8 @@ class StressFit(EstimateResult):
             **super().document(),
             "law": self.best.law,
             "misfit": self.misfit,
+            "residual_over_noise": self.departure.ratio**0.5,
+            "zeros_Pa": list(self.zeros),
             "laws": [_law_document(law) for law in self.laws],
             "notes": list(self.notes),
         }

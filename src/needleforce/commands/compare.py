@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..recording.options import ReadOptions
-from .files import read_all, readable, screen_recordings
+from .files import NEEDLE_HELP, read_all, readable, screen_recordings
 from .flags import takes_flags
-from .output import JSON_HELP, check_outputs, progress, say, table, write_json
+from .output import JSON_HELP, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
@@ -30,6 +30,7 @@ def run(
     files: Annotated[list[Path], typer.Argument(help="Recordings, repeats of one condition.", show_default=False)],
     models: Annotated[str, typer.Option(help=MODELS_HELP)] = "paper,cone_cylinder,power_law,okamura,maurin",
     *,
+    needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
     reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
@@ -38,18 +39,17 @@ def run(
     held-out repeats."""
     import needleforce as nf
 
-    check_outputs([json, report], files)
+    check_outputs([json, report], [*files, needle])
     done = screen_recordings(read_all(files, reading))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")
     if not readable(done):
         raise typer.Exit(1)
-    rows = nf.compare(readable(done), names_of(models), progress=progress)
+    rows = nf.compare(readable(done), names_of(models), progress=progress, needle=needle)
     write_json(rows.to_json(), json)
-    if report is not None:
-        rows.report(report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
-        say(f"report: {report}")
+    shown = [file for file, each in done if not isinstance(each, nf.InputError)]
+    write_file("report", report, lambda path: rows.report(path, files=shown))
     _show(rows, quiet=json == "-")
     if all(math.isnan(row.bic) and math.isnan(row.nrmse) for row in rows):
         raise typer.Exit(1)

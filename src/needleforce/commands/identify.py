@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, screen_recordings
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
+from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
@@ -78,7 +78,6 @@ def run(
     bench = {"bending": given.bending, "tension": given.tension}
     fit = _identified(done, seconds, model=given.model, layers=given.layers, needle=body, **bench, progress=progress)
     _write(fit, given)
-    _write_tables(fit, given.csv, given.draws)
     _show(fit, quiet=given.json == "-")
     if fit.model is None:
         raise typer.Exit(1)
@@ -115,29 +114,20 @@ def _print_assumptions(done: ReadFiles) -> None:
 
 def _write(fit: "Fit", given: IdentifyFlags) -> None:
     write_json(fit.to_json(), given.json)
-    if given.report is not None:
-        fit.report(given.report)
-        say(f"report: {given.report}")
-    if given.save is not None and fit.model is not None:
-        fit.save(given.save)
-        say(f"model: {given.save}")
+    write_file("report", given.report, fit.report)
+    if fit.model is not None:
+        write_file("model", given.save, fit.save)
     elif given.save is not None:
         say(f"{given.save}: not written, because no model was identified")
-
-
-def _write_tables(fit: "Fit", csv: Path | None, draws: Path | None) -> None:
-    if csv is not None:
-        fit.to_csv(csv)
-        say(f"estimates: {csv}")
-    if draws is None:
+    write_file("estimates", given.csv, fit.to_csv)
+    if given.draws is None:
         return
     try:
         drawn = fit.draws()
     except InputError as error:
-        say(f"{draws}: not written: {error}")
+        say(f"{given.draws}: not written: {error}")
     else:
-        drawn.save(draws)
-        say(f"draws: {draws}")
+        write_file("draws", given.draws, drawn.save)
 
 
 def _show(fit: "Fit", quiet: bool) -> None:
@@ -150,8 +140,7 @@ def _show(fit: "Fit", quiet: bool) -> None:
     table("events", ["file", "status", "contact", "punctures", "exit"], [_events(each) for each in fit.recordings])
     _show_parameters(fit)
     if fit.quality is not None:
-        rms, share = 1e3 * fit.quality.rmse_N, 100.0 * fit.quality.nrmse
-        say(f"residual: {rms:.3g} mN rms, {share:.2g} % of the peak force, R² {fit.quality.r2:.3f}")
+        say(f"residual: {fit.quality}")
     if hasattr(fit.settings, "evidence"):
         _show_evidence(fit.settings)
     ratio = None if fit.settings is None else fit.settings.lateral_over_axial_force
@@ -181,16 +170,23 @@ def _show_parameters(fit: "Fit") -> None:
     from ..identification.statistics.noise import INTERVAL
 
     repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
+    systematic = any(estimate.systematic_share for estimate in fit.parameters.values())
     within = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
     spread = ["sd between repeats" + ", within run" * within] if repeated else []
     sources = {estimate.source for estimate in fit.parameters.values()}
     many = len(sources) > 1
     for layer, parameters in by_layer(fit.parameters).items():
         rows = [
-            [name, quantity(e.value, e.low, e.high, e.unit), *[_spread(e)] * repeated, _yes(e), *[e.source] * many]
+            [
+                *(name, quantity(e.value, e.low, e.high, e.unit)),
+                *[e.systematic_share] * systematic,
+                *[_spread(e)] * repeated,
+                *(_yes(e), *[e.source] * many),
+            ]
             for name, e in parameters.items()
         ]
-        heads = ["quantity", f"value, {INTERVAL}", *spread, "identifiable", *["how"] * many]
+        heads = ["quantity", f"value, {INTERVAL}", *["systematic"] * systematic, *spread, "identifiable"]
+        heads += ["how"] * many
         table(f"identified, {layer}" if layer else "identified", heads, rows)
     if sources and not many:
         say(f"how: {sources.pop()}")

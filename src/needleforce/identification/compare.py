@@ -1,19 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
 """Comparison of models on the same recordings."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from ..core import Needle
 from ..errors import InputError
-from ..preset_files import model_name
-from ..recording.source import RecordingSource, recordings_of
+from ..models.model import Model
+from ..preset_files import model_name, needle_of
+from ..recording.source import RecordingSource
 from .comparison import Comparison, ModelRow
 from .cross_validation import cross_validate
 from .diagnostics import FitInputs
-from .identify import Progress, assemble
-from .models import BENT, COMPARED, LAYERED, MODELS, SAME_FORCE, stiffness_law
+from .identify import Progress, assemble, paired
+from .models import BENT, COMPARED, LAYERED, MODELS, SAME_FORCE, needle_saturation, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import fit_single
 from .one_layer.loading_curves import FITS
@@ -25,7 +29,11 @@ from .statistics.regression import criterion, independent_samples
 
 
 def compare(
-    recordings: RecordingSource, models: Sequence[str] = COMPARED, progress: Progress | None = None
+    recordings: RecordingSource,
+    models: Sequence[str] = COMPARED,
+    progress: Progress | None = None,
+    *,
+    needle: Needle | Model | str | os.PathLike | None = None,
 ) -> Comparison:
     """Fit each named model to every recording, and predict each repeat from the others.
 
@@ -41,6 +49,8 @@ def compare(
         Names, presets, files or models, as in ``identify``.
     progress : callable, optional
         ``progress(iterable, text)`` wraps the work.
+    needle : Needle, Model, preset, preset file, JSON of a fit or needle file, optional
+        As in ``identify``: with tip and radius the depth of the tip's cone is held fixed.
 
     Returns
     -------
@@ -50,7 +60,7 @@ def compare(
     Raises
     ------
     InputError
-        For an unknown model, or no model.
+        For an unknown model, no model, no recording, and a file given twice.
     """
     if not models:
         known = ", ".join((*MODELS, *BENT, *LAYERED))
@@ -58,12 +68,14 @@ def compare(
     models = [model_name(each, (*MODELS, *BENT, *SAME_FORCE, *LAYERED)) for each in models]
     laws = {name: None if name in LAYERED else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
-    recordings = recordings_of(recordings)
+    recordings, _ = paired(recordings, ())
+    body = None if needle is None else needle_of(needle)
+    given = FitInputs(body, needle_saturation(body), {})
     watched = progress(recordings, "comparing") if progress else recordings
-    singles = [fit_single(each, different, None) for each in watched]
+    singles = [fit_single(each, different, given.saturation) for each in watched]
     common = [single for single in singles if different and set(different) <= set(single.fits)]
     grown: dict = {}
-    rows = [_row(name, law, singles, common, progress=progress, grown=grown) for name, law in laws.items()]
+    rows = [_row(name, law, singles, common, given, progress=progress, grown=grown) for name, law in laws.items()]
     best, *others = _ranked(rows)
     return Comparison((replace(best, notes=(*differing_repeats(singles), *best.notes)), *others))
 
@@ -97,12 +109,14 @@ def _row(
     law: str | None,
     singles: list[SegmentedRecording],
     common: list[SegmentedRecording],
+    given: FitInputs,
     progress: Progress | None,
     grown: dict,
 ) -> ModelRow:
-    fit = _identified(singles, name, law, grown, progress)
+    identified = partial(_identified, name=name, law=law, given=given, grown=grown)
+    fit = identified(singles, progress=progress)
     watch = (lambda work: progress(work, f"leaving out, {name}")) if progress else iter
-    held_out = cross_validate(singles, lambda others: _identified(others, name, law, grown), watch)
+    held_out = cross_validate(singles, identified, watch)
     errors = held_out.prediction[:, 0][np.isfinite(held_out.prediction[:, 0])]
     ratios, replayed = (held_out.over_floor(each) for each in (held_out.prediction, held_out.replay))
     row = ModelRow(
@@ -151,10 +165,14 @@ def _friction_bic(single: SegmentedRecording, foundation: str) -> float:
 
 
 def _identified(
-    singles: list[SegmentedRecording], name: str, law: str | None, grown: dict, progress: Progress | None = None
+    singles: list[SegmentedRecording],
+    name: str,
+    law: str | None,
+    given: FitInputs,
+    grown: dict,
+    progress: Progress | None = None,
 ) -> Fit:
     """The fit of one model. The layered ones share ``grown``, the search in the form from which all of them start."""
-    given = FitInputs(None, None, {})
     if law is not None:
         return assemble(given, singles, [], law, ())
     from .layered.identify import identify_layered

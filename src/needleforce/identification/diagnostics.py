@@ -16,6 +16,7 @@ from ..mechanics.buckling import equivalent_half_angle
 from ..models.model import Model
 from ..models.validity import FRICTION_LIMIT
 from ..segmentation import Events
+from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
 from .estimates import Estimate, Quality
 from .models import UNKNOWN_TIP, model_of, run_model
@@ -32,11 +33,26 @@ MAX_LATERAL_RATIO = 0.1  # [of the axial force] beyond, the paper's neglect of l
 MAX_RESIDUAL = 0.05  # [of the peak force] beyond, the misfit is in every number
 MAX_RELAXATION = 0.1  # [of the force early in the hold] beyond, the tissue is viscous
 MAX_SMEARING = 0.02  # [of the indentation] travel within the filter's length; beyond, the loading curve is rounded
+MAX_NOISE_RATIO = 1.2  # of a residual: beyond, the model is in error too
 MIN_HOLD_S = 1.0  # [s] a shorter hold is the reversal between the strokes
 TIMING = (
     "Force and depth of a recording are not of the same instant, or its filter is not the declared one: see its notes. "
     "The intervals of a model of one layer hold the values with and without that."
 )
+SYSTEMATIC = (
+    "Narrower intervals by more repeats: most of these intervals is systematic, an error that the repeats share and "
+    "that stays in their mean: {}."
+)
+MODEL_ERRORS = {
+    "law": "the choice of the loading law",
+    "lag": "a lag between force and depth",
+    "filter": "a filter that is not declared",
+    "slow misfit": "slow misfit below the puncture",
+    "slower misfit": "slow misfit below the puncture",
+    "insertion": "strokes that disagree",
+    "withdrawal": "strokes that disagree",
+}
+NO_CAUSE = "steps of depth, force or time"
 WHITE = "white"
 AUTOREGRESSIVE = "autocorrelated (AR(1)) over {}: long-run variance of a first-order autoregression"
 CORRELATED = "correlated over {}: flat-top long-run variance"
@@ -90,22 +106,33 @@ def recording_fit(
     zero = own["force_offset"].value + single.drift.at(single.recording)
     predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth) + zero
     inside = single.strokes.mask(len(predicted))
-    residual = quality(single.recording.force[inside], predicted[inside])
+    residual = quality(single.recording.force[inside], predicted[inside], single.strokes.reversing(inside))
     return dataclasses.replace(base, predicted=predicted, quality=residual)
 
 
-def quality(force: np.ndarray, predicted: np.ndarray) -> Quality:
-    """Residual of the predicted force against the measured one, (n,) [N] each."""
+def quality(force: np.ndarray, predicted: np.ndarray, reversing: np.ndarray | None = None) -> Quality:
+    """Residual of the predicted force against the measured one, (n,) [N] each, also by whether friction is
+    ``reversing`` (n,)."""
     left, about = force - predicted, force - force.mean()
     residual, variance = core.product(left, left) / len(force), core.product(about, about) / len(force)
     rmse, peak = math.sqrt(residual), max(float(force.max()), -float(force.min()))
-    return Quality(rmse, rmse / peak, 1.0 - residual / variance)
+    found = Quality(rmse, rmse / peak, 1.0 - residual / variance)
+    if reversing is None or not reversing.any() or reversing.all():
+        return found
+    parts = (float(np.sqrt(np.mean(left[part] ** 2))) for part in (~reversing, reversing))
+    return dataclasses.replace(found, sliding_N=next(parts), reversal_N=next(parts))
 
 
 def misfit_warning(found: Quality | None) -> tuple[str, ...]:
     """A sentence if the residual is more than 5 % of the peak force."""
     if found is None or not found.nrmse > MAX_RESIDUAL:
         return ()
+    peak = found.rmse_N / found.nrmse
+    if found.sliding_N <= MAX_RESIDUAL * peak:
+        return (
+            f"The residual is {found.nrmse:.0%} of the peak force, but {found.sliding_N / peak:.1%} without the "
+            "reversal of friction at the start of the withdrawal: presliding is not that of these recordings.",
+        )
     return (
         f"The residual is {found.nrmse:.0%} of the peak force (R² {found.r2:.2f}): the model does not describe these "
         "recordings well, and the intervals do not include its errors.",
@@ -117,8 +144,9 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
     known = [each.quality for each in recordings if each.quality is not None]
     if not known:
         return None
-    rmse, nrmse = (float(np.sqrt(np.mean([x**2 for x in xs]))) for xs in zip(*((q.rmse_N, q.nrmse) for q in known)))
-    return Quality(rmse, nrmse, float(np.mean([q.r2 for q in known])))
+    names = ("rmse_N", "nrmse", "sliding_N", "reversal_N")
+    pooled = {name: float(np.sqrt(np.mean([getattr(each, name) ** 2 for each in known]))) for name in names}
+    return Quality(r2=float(np.mean([each.r2 for each in known])), **pooled)
 
 
 def warnings_of(singles: list[SegmentedRecording], model: Model | None, one_layer: bool = True) -> tuple[str, ...]:
@@ -176,6 +204,19 @@ def unknown(given: FitInputs, law: str, two_pass: bool) -> tuple[str, ...]:
             "constant. A second insertion at the same site gives the cutting force."
         )
     return tuple(sentences)
+
+
+def not_narrowed(parameters: dict[str, Estimate], recordings: Iterable[RecordingFit]) -> tuple[str, ...]:
+    """A sentence on the estimates whose interval more repeats would not narrow, with the errors of the model that are
+    in it."""
+    causes = [cause for each in recordings if each.cycle is not None for cause in each.cycle.causes.items()]
+    found: dict[str, list[str]] = {}
+    for name, estimate in parameters.items():
+        if estimate.systematic_share == "most":
+            by = dict.fromkeys(MODEL_ERRORS[cause] for cause, moved in causes if moved.get(name))
+            found.setdefault(" and ".join(by) or NO_CAUSE, []).append(name)
+    named = "; ".join(f"{', '.join(names)} ({by})" for by, names in found.items())
+    return (SYSTEMATIC.format(named),) if named else ()
 
 
 def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecording]) -> FitSettings:
@@ -264,12 +305,17 @@ def lateral_ratio(single: SegmentedRecording) -> float:
 def _deep(single: SegmentedRecording) -> str:
     if not single.fits or len(single.strokes.depth_in) == 0:
         return ""
-    contact = next(iter(single.fits.values())).values["contact_depth"]
-    if single.strokes.depth_in.max() - contact <= FRICTION_LIMIT:
+    fit = next(iter(single.fits.values()))
+    beyond = single.strokes.depth_in - fit.values["contact_depth"] > FRICTION_LIMIT
+    residual = fit.residuals.insertion
+    free = residual[single.strokes.depth_in < fit.low["contact_depth"]]
+    noise = max(float(np.std(free)) if len(free) else 0.0, white_noise(single.strokes.force_in))
+    if not (beyond.any() and math.sqrt(np.mean(residual[beyond] ** 2)) > MAX_NOISE_RATIO * noise):
         return ""
     return (
-        "The needle goes deeper than 12 mm: there the friction measured in the paper is no longer linear in depth. "
-        "Compare the model with cubic_foundation, hyperbolic_foundation and tanh_foundation."
+        "The needle goes deeper than 12 mm: there the friction measured in the paper is no longer linear in depth, and "
+        "the residual is larger than the noise. Compare the model with cubic_foundation, hyperbolic_foundation and "
+        "tanh_foundation."
     )
 
 

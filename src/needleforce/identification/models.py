@@ -20,7 +20,7 @@ from ..models.model import Insertion, Model
 from ..models.parameter_units import UNITS
 from ..recording import Recording
 from .estimates import Estimate
-from .motion import DepthSignal
+from .motion import DepthSignal, wander_at_rest
 from .one_layer.loading_curves import FITS, LoadingCurve
 from .one_layer.loading_curves import GRADUAL as GRADUAL_FITS
 
@@ -143,6 +143,7 @@ def derived(parameters: dict[str, Estimate], needle: Needle | None, tissue: Esti
 def _reduced_modulus(coefficient: Estimate, needle: Needle) -> Estimate:
     factor = 0.5 * math.pi / math.tan(equivalent_half_angle(needle.tip))
     sd, angle = coefficient.between_repeats_sd, math.degrees(equivalent_half_angle(needle.tip))
+    below, above = coefficient.systematic
     return Estimate(
         "reduced_modulus",
         factor * coefficient.value,
@@ -150,6 +151,7 @@ def _reduced_modulus(coefficient: Estimate, needle: Needle) -> Estimate:
         factor * coefficient.low,
         factor * coefficient.high,
         between_repeats_sd=None if sd is None else factor * sd,
+        systematic=(factor * below, factor * above),
         source=f"stiffness coefficient and tip of half angle {angle:.3g} degrees",
     )
 
@@ -241,7 +243,10 @@ def run_model(
     model: Model, recording: Recording, contact_depth: float, signal: DepthSignal | None = None
 ) -> np.ndarray:
     """Force (n,) [N] of ``model`` along a recording whose surface is at ``contact_depth`` [m] in its own zero;
-    ``signal`` is that of its depth, where it is known."""
+    ``signal`` is that of its depth, where it is known.
+
+    By how far the depth strays in a hold does not move the needle: tissue that sticks would answer it with a force."""
     dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
     steady = (signal or DepthSignal(recording.depth)).steady
+    steady = core.dead_band(steady, 0.5 * wander_at_rest(recording.time, steady))
     return Insertion(model, max_speed=np.inf).forces(steady - contact_depth, dt)

@@ -13,8 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from .. import core
+from ..segmentation.strokes import cycles
 
 REST_SPEED_SHARE = 0.2  # of the stroke's mean speed: slower, the force is that of a relaxing tissue
+MIDDLE_OF_HOLD = 0.4  # [of a hold] without braking and the start of the withdrawal
 MIN_REST_S = 0.1  # [s] a shorter rest is not seen
 
 
@@ -53,12 +55,14 @@ class DepthSignal:
         """The depth (n,) [m] averaged over neighbouring samples, and the noise that is left in it [m].
 
         Over as many samples as make the error at a corner of the motion, an eighth of the travel that they span, equal
-        to what is left of the noise. A depth without noise is unchanged.
+        to what is left of the noise. A depth without noise is unchanged. The step of a sample is the median one, or the
+        mean one of a needle that rests for more than half of the recording.
         """
         if not self.noise > 0.0:
             return self.depth, 0.0
-        step = core.median_step(smoothed(self.depth, 5), magnitude=True)
-        length = round((16.0 * self.noise / max(step, 1e-12)) ** (2.0 / 3.0))
+        mean = float(np.ptp(self.depth)) / len(self.depth)
+        step = max(core.median_step(smoothed(self.depth, 5), magnitude=True), mean)
+        length = round((16.0 * self.noise / step) ** (2.0 / 3.0))
         length = min(max(length, 1), max(len(self.depth) // 20, 1))
         return smoothed(self.depth, length), self.noise / math.sqrt(length)
 
@@ -121,6 +125,23 @@ def resting(time: np.ndarray, signal: DepthSignal) -> np.ndarray:
     half = 0.5 * max(MIN_REST_S, 2.0 * signal.backtrack_limit / (REST_SPEED_SHARE * speed))
     reach = max(round(half / step), 1)
     return _change(deepest, reach) < REST_SPEED_SHARE * speed * _change(time, reach)
+
+
+def wander_at_rest(time: np.ndarray, depth: np.ndarray) -> float:
+    """Largest range [m] in which a depth (n,) may stray over a hold; 0 without one.
+
+    The middle two fifths of a hold show it without braking; a drift continues over all of it.
+    """
+    holds = [
+        middle_of(each.stop, each.withdrawal_start) for each in cycles(time, depth) if each.withdrawal_start > each.stop
+    ]
+    return max((float(np.ptp(depth[hold])) for hold in holds), default=0.0) / MIDDLE_OF_HOLD
+
+
+def middle_of(first: int, last: int) -> slice:
+    """The samples of a hold without its braking and the start of the withdrawal, at least one."""
+    margin = round(0.5 * (1.0 - MIDDLE_OF_HOLD) * (last - first))
+    return slice(first + margin, max(last - margin, first + margin + 1))
 
 
 def _change(values: np.ndarray, reach: int) -> np.ndarray:

@@ -11,7 +11,7 @@ from ..recording import Recording
 from ..segmentation import Events, Span
 from ..vocabulary import Phase
 from .estimates import Estimate
-from .motion import DepthSignal, at_the_cut, resting, sliding_back
+from .motion import DepthSignal, at_the_cut, middle_of, resting, sliding_back
 
 STROKES = ("insertion", "hold", "withdrawal")
 MIDDLE_OF_STROKE = (0.2, 0.8)  # [of the travel] outside, the needle accelerates and brakes
@@ -67,6 +67,12 @@ class Strokes:
         inside = np.zeros(n, bool)
         inside[self.inwards] = inside[self.outwards] = True
         return inside
+
+    def reversing(self, mask: np.ndarray) -> np.ndarray:
+        """True where friction reverses, for the samples of a ``mask`` (n,) of the recording."""
+        samples = self.friction_reversal.samples if self.friction_reversal else 0
+        number = np.flatnonzero(mask) - self.outwards.start
+        return (number >= 0) & (number < samples)
 
     def place_in(self, sample: int) -> int:
         """Position in the insertion's arrays of the recording's ``sample``, or of the next one that they hold."""
@@ -235,7 +241,7 @@ def friction_reversal_of(
     k = max(rest.stop + int(np.argmax(force[rest.stop : outwards.stop] <= 0.5 * (push - pull))), 1)
     travel = core.median(depth[rest]) - depth[[k - 1, k]]
     resolution = MIN_REVERSAL_RATIO * float(np.ptp(depth[rest]))
-    half = max(float(travel.mean()), resolution, 0.0)
+    half = max(float(travel.mean()), float(np.ptp(depth[rest])))
     at_once = max(0.5 * (push + pull) / pull, 1.0) if pull > 0.0 else 1.0
     return FrictionReversal(
         samples=slides - outwards.start,
@@ -262,6 +268,4 @@ def _rest(depth: np.ndarray, outwards: slice, holds: tuple[Span, ...]) -> slice:
     if not holds:
         deepest = int(np.argmax(depth[: outwards.stop]))
         return slice(deepest, deepest + 1)
-    first, last = holds[0].first, holds[0].last
-    margin = 3 * (last - first) // 10  # the braking and the start of the withdrawal
-    return slice(first + margin, max(last - margin, first + margin + 1))
+    return middle_of(holds[0].first, holds[0].last)

@@ -175,7 +175,10 @@ def _quality(fit: Fit, answered: int) -> Markup:
         return join(["Identified from ", count, "."])
     rms, share = plain(fit.quality.rmse_N, "N", fit.quality.rmse_N), f"{100 * fit.quality.nrmse:.2g}\N{NO-BREAK SPACE}%"
     text = f"The residual of the model over {count} is "
-    return join([text, element("strong", rms), f" rms, {share} of the peak force."])
+    parts = [plain(part, "N", fit.quality.rmse_N) for part in (fit.quality.sliding_N, fit.quality.reversal_N)]
+    split = f": {parts[0]} where the needle slides, {parts[1]} in the reversal of friction"
+    split = "" if math.isnan(fit.quality.reversal_N) else split
+    return join([text, element("strong", rms), f" rms, {share} of the peak force{split}."])
 
 
 def _strong(fit: Fit, name: str) -> Markup | None:

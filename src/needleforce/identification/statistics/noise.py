@@ -32,6 +32,7 @@ SLOW_WAVES, MAX_BLOCKS = 8, 64
 MIN_WAVE = 1e-3
 """[of the largest] Below, a cosine is absorbed by the parameters."""
 
+FEW_LAGS = 100  # up to which direct sums are faster than a spectrum
 MIN_QUIET_LAGS = 5
 """So many insignificant autocorrelations in a row end the search for further ones."""
 
@@ -131,7 +132,7 @@ def _ar1(residual: np.ndarray, covariance: np.ndarray, found: int, lost: float) 
 def _has_white_innovations(residual: np.ndarray, factor: float, lags: int) -> bool:
     """True if the innovation of each sample is correlated with no other than the next."""
     innovation = residual[1:] - factor * residual[:-1]
-    covariance, n = core.lagged_products(innovation, lags), len(innovation)
+    covariance, n = _lagged_products(innovation, lags), len(innovation)
     white = 2.0 * math.sqrt(math.log10(n) / n * (1.0 + 2.0 * (covariance[1] / covariance[0]) ** 2))
     return bool(np.abs(covariance[2:]).max() < white * covariance[0])
 
@@ -142,11 +143,22 @@ def _autocovariance(residual: np.ndarray, count: int, filter_length: int) -> tup
     max_lags = max(len(residual) // 4, MIN_QUIET_LAGS)
     while True:
         lags = min(lags, max_lags)
-        covariance = core.lagged_products(residual, lags) / count
+        covariance = _lagged_products(residual, lags) / count
         found = _last_correlated_lag(covariance, count)
         if 2 * found <= lags or lags == max_lags:
             return covariance, min(found, lags // 2)
         lags *= 2
+
+
+def _lagged_products(residual: np.ndarray, lags: int) -> np.ndarray:
+    """Sums of the products of (n,) residuals ``lags`` and fewer samples apart, (lags + 1,); of many lags by their
+    spectrum."""
+    if lags <= FEW_LAGS:
+        return core.lagged_products(residual, lags)
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    length = next_fast_len(len(residual) + lags, real=True)
+    return irfft(np.abs(rfft(residual, length)) ** 2, length)[: lags + 1]
 
 
 def _last_correlated_lag(covariance: np.ndarray, count: int) -> int:
@@ -156,10 +168,9 @@ def _last_correlated_lag(covariance: np.ndarray, count: int) -> int:
         return 0
     correlation = covariance[1:] / covariance[0]
     small = np.abs(correlation) < white * np.sqrt(1.0 + 2.0 * (np.cumsum(correlation**2) - correlation**2))
-    for lag in range(len(small) - MIN_QUIET_LAGS + 1):
-        if small[lag : lag + MIN_QUIET_LAGS].all():
-            return lag
-    return len(small)
+    total = np.concatenate(([0], np.cumsum(small)))
+    quiet = total[MIN_QUIET_LAGS:] - total[:-MIN_QUIET_LAGS] == MIN_QUIET_LAGS
+    return int(quiet.argmax()) if quiet.any() else len(small)
 
 
 def slow_noise(residual: np.ndarray, design: np.ndarray, long_run: float) -> float:

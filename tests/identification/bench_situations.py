@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Generated bench tests with a known truth, one a row: materials that yield, break, are slack or saturate the sensor,
+by closed forms that no fit uses."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Situation:
+    """``truth`` of the ideal readings ``response`` over places from 0 to ``end``; ``noise`` is a share of the largest
+    reading, ``readings`` their number, ``zero`` an offset of the sensor."""
+
+    truth: float
+    end: float
+    response: Callable[[np.ndarray], np.ndarray]
+    noise: float = 0.003
+    readings: int = 300
+    zero: float = 0.0
+
+    def curve(self, seed: int) -> tuple[np.ndarray, np.ndarray]:
+        """Places and readings with white noise, (n,) each."""
+        place = np.linspace(0.0, self.end, self.readings)
+        ideal = np.asarray(self.response(place), float)
+        white = np.random.default_rng(seed).standard_normal(self.readings)
+        return place, ideal + self.zero + self.noise * np.abs(ideal).max() * white
+
+
+def rubber(stretch, modulus):
+    """Nominal stress [Pa] of an incompressible neo-Hookean material."""
+    return modulus / 3.0 * (stretch - stretch**-2.0)
+
+
+# tension: Young's modulus [Pa], over strain
+TENSION = {
+    "saturating yield": Situation(
+        15.12e6, 0.5, lambda e: 6e4 * (1.0 - np.exp(-e / 0.004)) + 12e4 * e - 6e4 * e**2, noise=0.0008, readings=400
+    ),
+    "steel": Situation(
+        153e9, 0.05, lambda e: np.where(e < 2e-3, 153e9 * e, 306e6 + 2e9 * (e - 2e-3)), noise=0.002, readings=500
+    ),
+    "perfectly plastic": Situation(1e9, 0.1, lambda e: np.minimum(1e9 * e, 2e7)),
+    "slack, then rubber": Situation(3e5, 0.3, lambda e: np.where(e > 0.02, rubber((1.0 + e) / 1.02, 3e5), 0.0)),
+    "slack, then a line": Situation(3e5, 0.1, lambda e: np.where(e > 0.02, 3e5 * ((1.0 + e) / 1.02 - 1.0), 0.0)),
+    "tear": Situation(3e5, 0.4, lambda e: np.where(e < 0.3, 1.0, 0.3) * rubber(1.0 + e, 3e5)),
+    "saturated cell": Situation(3e5, 0.5, lambda e: np.minimum(rubber(1.0 + e, 3e5), 0.7 * rubber(1.5, 3e5))),
+    "rubber, zero unknown": Situation(3e5, 0.3, lambda e: rubber(1.0 + e, 3e5), noise=0.005, zero=5e3),
+    "zero drifts": Situation(3e5, 0.3, lambda e: rubber(1.0 + e, 3e5) + 0.02 * rubber(1.3, 3e5) * (e / 0.3) ** 2),
+    "zero steps": Situation(3e5, 0.3, lambda e: rubber(1.0 + e, 3e5) + np.where(e > 0.15, 5e3, 0.0)),
+    "tanh": Situation(5e5, 1.0, lambda e: 1e5 * np.tanh(5.0 * e), readings=400),
+    "line": Situation(3e5, 0.1, lambda e: 3e5 * e, noise=0.01, readings=200),
+    "necking": Situation(2e9, 0.3, lambda e: 4e7 * (1.0 - np.exp(-e / 0.02)) * (1.0 - 0.8 * e), readings=600),
+}

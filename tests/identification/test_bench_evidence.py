@@ -1,0 +1,92 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bench tests whose material or machine does not do what the model assumes: the truth is in the interval, or the result
+says that it does not know. benchmarks/bench_tests.py has the same with more seeds."""
+
+import numpy as np
+import pytest
+from bench_situations import TENSION
+from typer.testing import CliRunner
+
+from needleforce.bench_tests import StressCurve, fit_stress
+from needleforce.cli import app
+from needleforce.identification.statistics.curve_noise import curve_noise
+from needleforce.identification.statistics.evidence import departure, residual_departure, start_slope
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(each) for each in arguments])
+
+
+# --- evidence: rates that are stated ---
+
+
+@pytest.mark.parametrize("smoothed", [1, 5])
+def test_noise_alone_is_no_departure(smoothed, many):
+    count, place, alarms = many(200, 4000), np.linspace(0.0, 1.0, 400), 0
+    for seed in range(count):
+        white = np.random.default_rng(seed).standard_normal(400 + smoothed - 1)
+        values = np.convolve(white, np.ones(smoothed), "valid")
+        noise = curve_noise(values, 0.0)
+        alarms += departure(place, 5.0 * place + values, noise).found
+        line = np.polyval(np.polyfit(place, values, 1), place)
+        alarms += residual_departure(place, values - line, noise).found
+    assert alarms <= 2 + 0.01 * count  # stated: one in 1000 of each, and up to one in 100 where the noise is correlated
+
+
+@pytest.mark.parametrize("shape, slope", [("line", 1.0), ("kink", 10.0), ("tanh", 5.0), ("exponential", 1.0)])
+def test_the_slope_at_the_start_holds_the_truth(shape, slope, many):
+    place, inside, count = np.linspace(0.0, 1.0, 400), 0, many(30, 300)
+    ideal = {
+        "line": place,
+        "kink": np.minimum(10.0 * place, 1.0),
+        "tanh": np.tanh(5.0 * place),
+        "exponential": np.expm1(3.0 * place) / 3.0,
+    }[shape]
+    for seed in range(count):
+        values = ideal + 0.01 * ideal.max() * np.random.default_rng(seed).standard_normal(400)
+        found = start_slope(place, values, curve_noise(values, 0.0), free_zero=True)
+        inside += found is not None and found.low <= slope <= found.high
+    assert inside >= 0.93 * count
+
+
+# --- tension ---
+
+
+@pytest.mark.parametrize("name", TENSION)
+def test_the_modulus_in_tension_is_that_at_the_start(name, many):
+    case, count, inside, closest = TENSION[name], many(4, 60), 0, []
+    for seed in range(count):
+        strain, stress = case.curve(seed)
+        fit = fit_stress(StressCurve(1.0 + strain, stress), fit_zero=True)
+        found = fit.young_modulus
+        inside += found.low <= case.truth <= found.high
+        closest.append(abs(found.value / case.truth - 1.0))
+        assert found.identifiable == (found.low > 0.0)
+    assert inside >= 0.9 * count and np.median(closest) < 0.1
+
+
+def test_a_start_that_no_reading_resolves_has_no_modulus():
+    # the stress is at its plateau by the second reading: nothing in the file is on the slope
+    strain = np.linspace(0.0, 0.5, 60)
+    stress = 1e6 * (1.0 - np.exp(-strain / 5e-4)) + 1e3 * np.random.default_rng(1).standard_normal(60)
+    for free in (True, False):
+        fit = fit_stress(StressCurve(1.0 + strain, stress), fit_zero=free)
+        assert not fit.young_modulus.identifiable and any("resolve" in each for each in fit.notes), free
+
+
+def test_a_law_that_was_given_and_misses_the_start_has_both_in_its_interval():
+    strain, stress = TENSION["tanh"].curve(0)
+    fit = fit_stress(StressCurve(1.0 + strain, stress), law="neo_hookean")
+    assert fit.young_modulus.low < fit.best.young_modulus < 5e5 < fit.young_modulus.high
+    assert fit.young_modulus.value == fit.best.young_modulus and "holds both" in fit.notes[0]
+
+
+def test_the_public_tension_whose_zero_swallowed_its_start(recordings):
+    file = recordings / "public-cases" / "03-tension-zero" / "yield.csv"
+    for more in ((), ("--no-fit-zero",)):
+        done = run("tension", file, "--area-mm2", "20", "--gauge-length-mm", "20", *more)
+        assert done.exit_code == 0 and "by the slope at the start" in done.stdout
+        assert ("fitted zero of the stress" in done.stdout) == (not more)
+    strain, force = np.loadtxt(file, delimiter=",", skiprows=1).T
+    found = fit_stress(StressCurve(1.0 + strain / 20.0, force / 20e-6), fit_zero=True).young_modulus
+    assert found.low <= 15.12e6 <= found.high and found.high < 1.2 * found.low  # README of the case
