@@ -30,15 +30,24 @@ IN_ZERO = "contact_depth", "puncture_depth", "force_offset"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class InsertionFit:
-    """The layers of one insertion: ``values`` by name with the limits of their intervals, and the ``noise`` of the
-    residual."""
+    """The layers of one insertion: ``values`` by name with the limits of their intervals, the half widths that are
+    ``random``, and the ``noise`` of the residual."""
 
     problem: InsertionProblem
     x: np.ndarray
     values: dict[str, float]
     low: dict[str, float]
     high: dict[str, float]
+    random: dict[str, float]
     noise: Noise
+
+    def systematic(self, name: str) -> tuple[float, float]:
+        """How much farther the interval reaches below and above the value than the noise alone: what an insertion does
+        not show is common to repeats."""
+        value, half = self.values[name], self.random[name]
+        if not math.isfinite(half):
+            return 0.0, 0.0
+        return max(value - half - self.low[name], 0.0), max(self.high[name] - value - half, 0.0)
 
     @property
     def layers(self) -> int:
@@ -62,7 +71,7 @@ def fit_insertion(single: SegmentedRecording, layers: int | None = None) -> Inse
         low[name], high[name] = min(each) - half[name], max(each) + half[name]
         if not name.endswith(IN_ZERO):
             low[name] = max(low[name], 1.0 if name.endswith("rupture_exponent") else 0.0)
-    return InsertionFit(problem=problem, x=x, values=values, low=low, high=high, noise=noise)
+    return InsertionFit(problem=problem, x=x, values=values, low=low, high=high, random=half, noise=noise)
 
 
 def _other_answers(problem: InsertionProblem, x: np.ndarray, noise: Noise) -> Iterator[dict[str, float]]:

@@ -142,4 +142,5 @@ def _estimate(name: str, found: InsertionFit) -> Estimate:
         "depth": found.values[f"{start}puncture_indentation"],
     }
     known = plain not in ONLY_SUM and is_meaningful(plain, low, high, **scales)
-    return Estimate(name, found.values[name], unit_of(name), low, high, identifiable=known, source=SOURCE)
+    limits = found.values[name], unit_of(name), low, high
+    return Estimate(name, *limits, identifiable=known, source=SOURCE, systematic=found.systematic(name))
