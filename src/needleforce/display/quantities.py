@@ -22,7 +22,7 @@ _SCALES = {
     "J": ((0.0, 1e3, "mJ"),),
     "1": ((0.0, 1.0, ""),),
 }
-_SPELLINGS = {"N/m^2": "N/m²", "N/m2": "N/m²", "N·m": "N m", "-": "1", "": "1"}
+_SPELLINGS = {"N/m^2": "N/m²", "N/m2": "N/m²", "N·m": "N m", "N m^2": "N m²", "-": "1", "": "1"}
 
 
 @dataclass(frozen=True, kw_only=True)
