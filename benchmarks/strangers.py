@@ -21,7 +21,7 @@ from rich.progress import track
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "tests" / "identification"))
-from stranger_faults import SCENARIOS  # noqa: E402
+from stranger_faults import REPEATED, SCENARIOS  # noqa: E402
 from strangers_judge import (  # noqa: E402
     PARAMETERS,
     VERDICTS,
@@ -138,6 +138,22 @@ def summary(verdicts: list[Verdict]) -> list[str]:
     ]
 
 
+def of_repeats(conditions: dict[int, list[Verdict]]) -> list[str]:
+    """The table over the number of repeats, with the median half width of the intervals in practical tolerances."""
+    lines = [header("repeats, all parameters")]
+    lines += [row(f"n = {n}", verdicts) for n, verdicts in conditions.items()]
+    lines += [f"\n{'median half width / tolerance':32}" + "".join(f"{f'n = {n}':>9}" for n in conditions)]
+    for name in PARAMETERS:
+        widths = [[v.widths[name] for v in verdicts if name in v.widths] for verdicts in conditions.values()]
+        lines.append(f"{name:32}" + "".join(f"{np.median(each) if each else np.nan:9.3f}" for each in widths))
+    for n, verdicts in conditions.items():
+        groups = defaultdict(list)
+        for v in verdicts:
+            groups[v.scenario].append(v)
+        lines += [*by_group(f"shared error, n = {n}", groups), *worst(verdicts, 10)]
+    return lines
+
+
 def run(tasks: list[tuple], processes: int) -> list[Verdict]:
     """The verdicts in the order of the tasks, with progress."""
     with Pool(processes) as pool:
@@ -148,7 +164,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=2000)
     parser.add_argument("--first-seed", type=int, default=0)
-    parser.add_argument("--scenario", choices=["anything", *SCENARIOS])
+    parser.add_argument("--scenario", choices=["anything", *SCENARIOS, *REPEATED])
+    parser.add_argument("--repeats", type=int, nargs="+", metavar="N", help="conditions of N repeats instead")
     parser.add_argument("--model", help="a model of identify, instead of the default")
     parser.add_argument("--worst", type=int, default=20, metavar="N", help="list the N worst recordings")
     parser.add_argument("--processes", type=int, default=2)
@@ -158,6 +175,12 @@ def main() -> None:
     given = parser.parse_args()
     options = {"model": given.model} if given.model else {}
     seeds = range(given.first_seed, given.first_seed + given.runs)
+    if given.repeats:
+        named = [given.scenario] if given.scenario else list(REPEATED)
+        made = [(seed, named[seed % len(named)]) for seed in seeds]
+        conditions = {n: run([(*each, options | {"n": n}) for each in made], given.processes) for n in given.repeats}
+        print("\n".join([HEAD, *of_repeats(conditions)]))
+        return
     verdicts = run([(seed, given.scenario, options) for seed in seeds], given.processes)
     scenarios, faults = groups_of(verdicts)
     print("\n".join([HEAD, *by_parameter(verdicts), *by_group("scenario", scenarios)]))

@@ -39,6 +39,10 @@ def plain(rng):
         "surface": 0.0,
         "texture": (0.0, 0.5e-3, 0),
         "grip": 0.0,
+        "outwards": 1.0,
+        "speed_power": 0.0,
+        "ageing": (0.0, 1.0),
+        "gain": 0.0,
         "rate": float(rng.choice([100, 200, 500, 1000, 2000], p=[0.2, 0.15, 0.2, 0.35, 0.1])),
         "noise": log(rng, 0.5e-3, 20e-3),
         "memory": 0.0,
@@ -264,6 +268,14 @@ FAULTS = {
     "disorder": setter(disorder=[1, 3, 20]),
     "noisy_start": noisy_start,
 }
+# systematic errors that are only in the repeats of a condition, so that the seeds of single recordings stay as they are
+SHARED_FAULTS = {
+    "outwards": setter(outwards=(0.5, 0.9)),
+    "steep_law": lambda rng, s: s.update(law="power_law", exponent=rng.uniform(2.2, 3.0)),
+    "speed": lambda rng, s: s.update(speed_power=0.3, acceleration=log(rng, 3e-3, 20e-3)),
+    "ageing": lambda rng, s: s.update(ageing=(rng.uniform(0.1, 0.5), log(rng, 1.0, 10.0))),
+    "gain": lambda rng, s: s.update(gain=rng.choice([-1, 1]) * rng.uniform(0.02, 0.1)),
+}
 # what a single stroke cannot have together: the first one drawn stands
 EXCLUSIVE = (
     {"reversals", "pull_back", "pauses", "several_strokes", "withdrawal_only"},
@@ -343,3 +355,24 @@ SCENARIOS = {
     "as in skin": ("layers", "rounded", "dragged", "grip", "texture"),
     "coarse and slow": ("slow_rate", "quantum", "clock_jitter"),
 }
+
+REPEATED = {
+    "no error": (),
+    "friction differs outwards": ("outwards",),
+    "lag": ("lag",),
+    "filter": ("filter",),
+    "power law": ("power_law",),
+    "law above h^2": ("steep_law",),
+    "polynomial": ("polynomial",),
+    "cone and cylinder": ("cone_cylinder",),
+    "surface grip": ("grip",),
+    "resting surface": ("resting_surface",),
+    "long stretch": ("long_stretch",),
+    "coarse force": ("quantum",),
+    "small drift": ("drift_small",),
+    "friction by speed, slow brake": ("speed",),
+    "ageing friction": ("ageing",),
+    "drift of the gain": ("gain",),
+    "compliant rig": ("compliant_rig",),
+}
+"""Conditions with one systematic error, which all of their repeats share."""

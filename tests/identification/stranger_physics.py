@@ -66,6 +66,9 @@ class Specimen:
     surface: tuple = (0.0, 1.0)  # depth [m] below its top where the broken surface comes to rest, time constant [s]
     texture: tuple = (0.0, 0.5e-3, 0)  # of the friction along the path: standard deviation as a share, length [m], seed
     grip: float = 0.0  # friction [N] of the surface by itself, as skin around the shaft
+    outwards: float = 1.0  # friction of the withdrawal over that of the insertion
+    speed_power: float = 0.0  # of the sliding friction, which is as given at the largest speed
+    ageing: tuple = (0.0, 1.0)  # share by which the friction has grown after a long time, time constant [s]
 
 
 @dataclass
@@ -142,6 +145,7 @@ def friction(motion, specimen):
     surface = resting_surface(motion, specimen) if specimen.surface[0] else None
     shares = element_shares(edges.size, specimen)
     stretch, u, out = specimen.stretch, np.zeros(edges.size), np.zeros((len(bounds), motion.depth.size))
+    limit = stretch * sliding_share(motion, specimen)
     cut = inside = 0
     for k in range(motion.depth.size):
         depth = motion.depth[k]
@@ -149,7 +153,7 @@ def friction(motion, specimen):
         now = min(max(int(np.ceil((depth - top) / NODE)), 0), edges.size)
         if now > inside:
             u[inside:now] = np.minimum(depth - edges[inside:now], step) - step
-            u[max(cut, inside) : now] = stretch
+            u[max(cut, inside) : now] = limit[k]
         u[now:inside] = 0.0
         inside, cut = now, max(cut, now)
         if now == 0:
@@ -157,7 +161,7 @@ def friction(motion, specimen):
         if k and step == 0.0 and factor[k] == 1.0 and surface is None:
             out[:, k] = out[:, k - 1]  # nothing moves
             continue
-        u[:now] = np.minimum(np.maximum(u[:now] + step, -stretch), stretch) * factor[k]
+        u[:now] = np.minimum(np.maximum(u[:now] + step, -specimen.outwards * limit[k]), limit[k]) * factor[k]
         weight = u[:now] * shares[:now]
         weight[-1] *= min((depth - edges[now - 1]) / NODE, 1.0)
         if surface is not None:
@@ -165,6 +169,17 @@ def friction(motion, specimen):
         starts = bounds[bounds < now]
         out[: starts.size, k] = np.add.reduceat(weight, starts)
     return out * (NODE / stretch) * np.array([[layer.friction] for layer in specimen.layers])
+
+
+def sliding_share(motion, specimen):
+    """Sliding friction of each step over the one given: it may depend on the speed, and grow with time."""
+    share, constant = specimen.ageing
+    found = 1.0 + share * (1.0 - np.exp(-motion.time / constant))
+    if specimen.speed_power:
+        speed = np.abs(np.gradient(motion.depth, motion.time))
+        moving = np.maximum(speed / speed.max(), 1e-6) ** specimen.speed_power
+        found = found * np.where(motion.at_rest, 1.0, moving)  # what rests keeps its stretch
+    return found
 
 
 def element_shares(n, specimen):
@@ -288,8 +303,8 @@ def sensed(time, true_force, sensor, rng):
     n, peak = time.size, np.abs(true_force).max()
     force = true_force + sensor["hum"] * np.sin(2 * np.pi * sensor["hum_frequency"] * time + rng.uniform(0, 7))
     force = force + coloured(n, sensor["noise"], sensor["memory"], rng)
-    force = averaged(force, sensor["filter"]) + sensor["offset"]
     share = (time - time[0]) / (time[-1] - time[0])
+    force = averaged(force * (1.0 + sensor["gain"] * share), sensor["filter"]) + sensor["offset"]
     force = force + sensor["drift"] * (share if sensor["drift_power"] == 1 else 1 - np.exp(-3 * share))
     struck = rng.integers(0, n, sensor["spikes"])
     force[struck] += (

@@ -8,7 +8,7 @@ Written without looking at the fits, on the physics of ``stranger_physics``. Eve
 from dataclasses import dataclass, field
 
 import numpy as np
-from stranger_faults import COMMON, EXCLUSIVE, FAULTS, RARE, SCENARIOS, log, plain
+from stranger_faults import COMMON, EXCLUSIVE, FAULTS, RARE, REPEATED, SCENARIOS, SHARED_FAULTS, log, plain
 from stranger_physics import Layer, Process, Specimen, by_hand, moved, rounded_to, sensed
 
 MAX_SAMPLES = 40_000
@@ -53,13 +53,13 @@ class Truth:
     clean: np.ndarray = field(default=None, repr=False)  # true force at the samples
 
 
-def law_values(law, rng, indentation, force):
+def law_values(law, rng, indentation, force, exponent=None):
     """Parameters of a law that reaches ``force`` at ``indentation``."""
     if law == "cone_cylinder":
         h = indentation * rng.uniform(0.2, 0.8)
         return (force / (h**2 + 2 * h * (indentation - h)), h)
     if law == "power_law":
-        n = rng.uniform(1.1, 2.2)
+        n = exponent or rng.uniform(1.1, 2.2)
         return (force / indentation**n, n)
     if law == "polynomial":
         share = rng.uniform(0.1, 0.9)
@@ -84,12 +84,12 @@ def settings_of(seed, scenario=None):
     rng = np.random.default_rng([seed, 20240])
     names = list(SCENARIOS)
     scenario = scenario or ("anything" if seed % 2 == 0 else names[seed // 2 % len(names)])
-    faults = drawn_faults(rng) if scenario == "anything" else SCENARIOS[scenario]
+    faults = drawn_faults(rng) if scenario == "anything" else (SCENARIOS | REPEATED)[scenario]
     s = plain(rng)
     s["depth_below"] = max(s["depth_below"], 1.6 * s["indentation"])
     s["noise"] = min(s["noise"], s["puncture_force"] / 10)
     for fault in faults:
-        FAULTS[fault](rng, s)
+        (FAULTS | SHARED_FAULTS)[fault](rng, s)
     return scenario, faults, s, rng
 
 
@@ -113,7 +113,7 @@ def specimen_of(s, rng):
             Layer(
                 top,
                 s["law"],
-                law_values(s["law"], rng, indentation, force),
+                law_values(s["law"], rng, indentation, force, s.get("exponent")),
                 (indentation * reach, s["rupture"]),
                 rubbed,
                 cut,
@@ -121,7 +121,8 @@ def specimen_of(s, rng):
         )
         top += (indentation + s["rupture"]) * rng.uniform(1.1, 2.0)
     surface = (s["surface"], log(rng, 0.1, 3.0))
-    return Specimen(out, s["stretch"], s["relaxing"], s["oscillation"], surface, s["texture"], s["grip"])
+    more = {name: s[name] for name in ("texture", "grip", "outwards", "speed_power", "ageing")}
+    return Specimen(out, s["stretch"], s["relaxing"], s["oscillation"], surface, **more)
 
 
 def motion_of(s, rng):
@@ -221,6 +222,8 @@ def truth_values(processes, s, ruptures):
         for name, key in (("friction_per_length", "friction"), ("cutting_force", "cutting")):
             numbers = [getattr(layer, key) for layer in broken]
             values[name] = (min(numbers), max(numbers))
+        low, high = values["friction_per_length"]
+        values["friction_per_length"] = low * min(s["outwards"], 1.0), high * max(s["outwards"], 1.0 + s["ageing"][0])
     if s["surface"] and "cutting_force" in values and s["withdraw"] < 1:  # only the way out shows where the hole begins
         values["cutting_force"] = (max(first.cutting - first.friction * s["surface"], 0.0), first.cutting)
     if first.law in ("cone", "cone_cylinder"):
@@ -231,6 +234,9 @@ def truth_values(processes, s, ruptures):
         values["puncture_depth"] = (min(r.start for r in zones), max(r.end for r in zones))
         values["puncture_indentation"] = tuple(d - first.top for d in values["puncture_depth"])
         values["puncture_force"] = (min(r.force for r in zones), max(r.peak for r in zones))
+    for name in values.keys() - {"contact_depth", "puncture_depth", "puncture_indentation"}:
+        ends = [value * gain for value in values[name] for gain in (1.0, 1.0 + s["gain"])]
+        values[name] = min(ends), max(ends)
     without = {"contact_depth", "stiffness_coefficient"} if inside else set()
     if s["compliance"]:
         without |= {"stiffness_coefficient"}
@@ -239,22 +245,34 @@ def truth_values(processes, s, ruptures):
 
 
 def stranger(seed, scenario=None):
-    """A recording of a stranger.
+    """A recording of a stranger: the first of its ``repeats``."""
+    return repeats(seed, scenario)[0]
+
+
+def repeats(seed, scenario=None, n=1):
+    """Recordings of a stranger, repeats of each other: only what is random in the sensor differs.
 
     Parameters
     ----------
     seed : int
         Determines everything.
     scenario : str, optional
-        A key of ``SCENARIOS`` or ``anything``; the default follows from the seed.
+        A key of ``SCENARIOS`` or ``REPEATED`` or ``anything``; the default follows from the seed.
 
     Returns
     -------
-    tuple
+    list of tuple
         time [s], depth [m], force [N], each (n,), and a ``Truth``.
     """
     scenario, faults, s, rng = settings_of(seed, scenario)
     processes = runs_of(s, rng)
+    of_noise = [rng, *(np.random.default_rng([seed, 20240, k]) for k in range(1, n))]
+    return [recorded(processes, dict(s), each, (seed, scenario, faults)) for each in of_noise]
+
+
+def recorded(processes, s, rng, origin):
+    """One recording of the processes with its truth; ``origin`` is its seed, scenario and faults."""
+    seed, scenario, faults = origin
     time, depth, clean = sampled(processes, s, rng)
     rate = 1 / np.median(np.diff(time))
     if s["filter"] > 1:  # the noise of the settings is that of the written force

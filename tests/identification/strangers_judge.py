@@ -13,7 +13,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
-from strangers import stranger
+from strangers import repeats
 
 import needleforce as nf
 from needleforce.recording.recording import Card
@@ -99,6 +99,13 @@ WORDS = {
     "fast_rate": r"sampling|\brate\b",
     "disorder": r"(wrong|out of) order|sorted|not increase|decreases|backwards in time|time (goes|steps) back",
 }
+WORDS |= {
+    "outwards": r"disagree|" + MISFIT,
+    "steep_law": MISFIT,
+    "speed": r"speed|disagree|" + MISFIT,
+    "ageing": r"time|disagree|" + MISFIT,
+    "gain": r"gain|disagree|" + MISFIT,
+}
 # What a named fault can explain; one that is not here explains every parameter.
 AFTER, AT = {"friction_per_length", "cutting_force"}, {"puncture_depth", "puncture_indentation", "puncture_force"}
 EXPLAINS = {
@@ -133,6 +140,7 @@ class Verdict:
     verdicts: dict = field(default_factory=dict)  # name -> one of VERDICTS
     covered: dict = field(default_factory=dict)  # name -> bool, of those with a value
     vague: list = field(default_factory=list)  # identifiable and inside, but the interval excludes nothing useful
+    widths: dict = field(default_factory=dict)  # name -> half width over the practical tolerance
     details: dict = field(default_factory=dict)  # name -> (value, low, high, truth range)
     false_punctures: int = 0
     missed_punctures: int = 0
@@ -225,7 +233,8 @@ def count_punctures(found, truth, verdict):
 def judged(fit, truth):
     """The verdict of a fit with one recording."""
     one = fit.recordings[0]
-    messages = (*map(str, fit.warnings), *map(str, one.notes), *map(str, getattr(one.events, "notes", ())))
+    notes = [note for each in fit.recordings for note in (*each.notes, *getattr(each.events, "notes", ()))]
+    messages = (*map(str, fit.warnings), *dict.fromkeys(map(str, notes)))
     out = Verdict(truth.seed, truth.scenario, truth.faults, str(one.status), messages=messages)
     out.named = causes_named(truth.faults, messages)
     for name in PARAMETERS:
@@ -238,28 +247,31 @@ def judged(fit, truth):
             out.covered[name] = covered
             out.malformed += malformed(estimate)
             out.vague += [name] if vague(name, estimate) else []
+            out.widths[name] = 0.5 * (estimate.high - estimate.low) / tolerance(name, truth)
             out.details[name] = (estimate.value, estimate.low, estimate.high, truth.values.get(name))
     if one.events is not None and one.status != "unreadable":
         count_punctures(one.events.punctures, truth, out)
     return out
 
 
-def trial(seed, scenario=None, **options):
-    """The verdict of one recording, with options of ``identify``: a refusal declines all, an exception is a crash."""
+def trial(seed, scenario=None, n=1, **options):
+    """The verdict of one recording, or of ``n`` repeats, with options of ``identify``: a refusal declines all, an
+    exception is a crash."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        verdict = unguarded(seed, scenario, options)
+        verdict = unguarded(repeats(seed, scenario, n), options)
     verdict.numeric = tuple(f"{w.category.__name__}: {w.message}" for w in caught)
     return verdict
 
 
-def unguarded(seed, scenario, options):
-    time, depth, force, truth = stranger(seed, scenario)
+def unguarded(found, options):
+    truth = found[0][3]
     declined = {name: "declined" for name in PARAMETERS if name in truth.meaningful | truth.absent}
-    refused = Verdict(seed, truth.scenario, truth.faults, "refused", declined)
-    recording = nf.Recording(time=time, depth=depth, force=force, card=Card(filter_length=truth.filter_length))
+    refused = Verdict(truth.seed, truth.scenario, truth.faults, "refused", declined)
+    card = Card(filter_length=truth.filter_length)
+    recordings = [nf.Recording(time=time, depth=depth, force=force, card=card) for time, depth, force, _ in found]
     try:
-        return judged(nf.identify(recording, **options), truth)
+        return judged(nf.identify(recordings, **options), truth)
     except nf.InputError as error:
         refused.messages = (str(error),)
         refused.named = causes_named(truth.faults, refused.messages)

@@ -17,16 +17,18 @@ def cone(h):
     return 0.5 * (h / 4e-3) ** 2
 
 
-def cycle(seed, *, loading=cone, grip=0.0, noise=NOISE, lag=0.0, average=1):
+def cycle(seed, *, loading=cone, grip=0.0, noise=NOISE, lag=0.0, average=1, outwards=1.0):
     """Own one-layer cycle: loading up to the puncture, friction and cutting after it, 0.6 s of rest, withdrawal. The
-    surface may hold the shaft with a constant force ``grip`` [N] whenever it slides out."""
+    surface may hold the shaft with a constant force ``grip`` [N] whenever it slides out, and its friction may be
+    ``outwards`` times that of the insertion."""
     legs = [np.arange(-4e-3, 14e-3, SPEED / RATE), np.full(int(0.6 * RATE), 14e-3)]
     legs.append(np.arange(14e-3, -4e-3, -SPEED / RATE))
     depth, inside = np.concatenate(legs), len(legs[0])
     h = np.maximum(depth - CONTACT, 0.0)
     force = np.where(depth < PUNCTURE, loading(h), FRICTION * h + CUTTING)
     slid = np.clip((14e-3 - depth) / 0.1e-3, 0.0, 1.0)  # friction reverses over 0.1 mm
-    out = np.where(h > 0.0, FRICTION * h * (1.0 - 2.0 * slid) + CUTTING * (1.0 - slid) - grip * slid, 0.0)
+    friction = FRICTION * h * (1.0 - (1.0 + outwards) * slid)
+    out = np.where(h > 0.0, friction + CUTTING * (1.0 - slid) - grip * slid, 0.0)
     force[inside:] = out[inside:]
     time, random = np.arange(len(depth)) / RATE, np.random.default_rng(seed)
     force = np.interp(time - lag, time, force) + random.normal(0.0, noise, len(depth))
@@ -113,3 +115,64 @@ def test_slow_noise_finds_a_misfit_below_the_noise_of_a_sample():
     line, wave = np.column_stack([np.ones(3000), place]), 0.15 * np.sin(2.0 * np.pi * place / 1000.0)
     for seed in range(10):
         assert slow_noise(np.random.default_rng(seed).standard_normal(3000) + wave, line, 1.0) > 3.0
+
+
+# --- repeats: what they share does not average out -------------------------------------------------------------------
+
+FOUND = {  # an error that repeats share, by the names of what it changes and their true values
+    "another friction outwards": ({"outwards": 0.65}, {"friction_per_length": FRICTION, "cutting_force": CUTTING}),
+    "a surface that grips": ({"grip": 0.01}, {"friction_per_length": FRICTION, "cutting_force": CUTTING}),
+    "a lag": ({"lag": 0.03}, {"contact_depth": CONTACT, "puncture_depth": PUNCTURE, "cutting_force": CUTTING}),
+    "another law": (
+        {"loading": lambda h: 0.5 * (h / 4e-3) ** 2.3},
+        {"contact_depth": CONTACT, "cutting_force": CUTTING, "friction_per_length": FRICTION},
+    ),
+}
+
+
+def repeated(first, n, **options):
+    return nf.identify([cycle(seed, **options) for seed in range(first, first + n)])
+
+
+@pytest.fixture(scope="module")
+def ten():
+    return {kind: repeated(100, 10, **options) for kind, (options, _) in FOUND.items()}
+
+
+@pytest.mark.parametrize("kind", FOUND)
+def test_an_error_that_repeats_share_stays_in_their_mean(kind, ten, many):
+    fits = [ten[kind], *(repeated(200 + 10 * k, 10, **FOUND[kind][0]) for k in range(many(0, 4)))]
+    for name, value in FOUND[kind][1].items():
+        held = [fit.parameters[name].low <= value <= fit.parameters[name].high for fit in fits]
+        assert np.mean(held) >= 0.8, (name, [fit.parameters[name] for fit in fits])
+
+
+def test_the_systematic_part_is_named_with_its_cause(ten):
+    fit = ten["another friction outwards"]
+    cutting = fit.parameters.cutting_force
+    assert cutting.systematic_share == "most" and cutting.random < 0.1 * sum(cutting.systematic)
+    assert cutting.high - cutting.low == pytest.approx(2.0 * cutting.random + sum(cutting.systematic))
+    (sentence,) = (each for each in fit.unknown if each.startswith("Narrower intervals by more repeats"))
+    assert "cutting_force" in sentence and "strokes that disagree" in sentence
+    (row,) = (each for each in fit.document()["parameters"] if each["name"] == "cutting_force")
+    assert row["random"] == cutting.random and tuple(row["systematic"]) == cutting.systematic
+    assert "most" in str(fit.parameters)
+
+
+def test_draws_share_the_systematic_part(ten):
+    fit = ten["another friction outwards"]
+    draws = fit.draws(20_000)
+    for name in ("friction_per_length", "cutting_force", "contact_depth"):
+        estimate = fit.parameters[name]
+        width = estimate.high - estimate.low
+        assert np.quantile(draws[name], 0.025) == pytest.approx(estimate.low, abs=0.03 * width)
+        assert np.quantile(draws[name], 0.975) == pytest.approx(estimate.high, abs=0.03 * width)
+    # whichever stroke is right: more friction is less cutting
+    assert np.corrcoef(draws["friction_per_length"], draws["cutting_force"])[0, 1] < -0.9
+
+
+def test_the_random_part_shrinks_where_no_error_is_shared():
+    one, several = (nf.identify([cycle(seed) for seed in range(n)], model="paper") for n in (1, 10))
+    for name in ("contact_depth", "friction_per_length", "cutting_force"):
+        assert several.parameters[name].random < 0.6 * one.parameters[name].random
+        assert several.parameters[name].systematic_share == ""

@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import stranger_physics as physics
-from stranger_faults import FAULTS, SCENARIOS
+from stranger_faults import FAULTS, REPEATED, SCENARIOS, SHARED_FAULTS
 from strangers import settings_of, stranger
 from strangers_judge import (
     EXPLAINS,
@@ -130,7 +130,7 @@ def test_a_law_reaches_its_force_and_is_smooth():
 
 def sensor(**faults):
     """A sensor without faults but those given."""
-    clean = dict.fromkeys(("noise", "memory", "hum", "offset", "drift", "spikes", "limit", "quantum"), 0)
+    clean = dict.fromkeys(("noise", "memory", "hum", "offset", "drift", "gain", "spikes", "limit", "quantum"), 0)
     return clean | {"hum_frequency": 50.0, "filter": 1, "drift_power": 1, "puncture_force": 1.0} | faults
 
 
@@ -151,7 +151,7 @@ def test_sensor_faults_are_present_as_given():
     np.testing.assert_allclose(mean, time[100:] - 0.010, atol=1e-9)  # the mean of a ramp is late by half its length
 
 
-@pytest.mark.parametrize("scenario", ["anything", *SCENARIOS])
+@pytest.mark.parametrize("scenario", ["anything", *SCENARIOS, *REPEATED])
 def test_each_scenario_makes_a_recording_with_its_truth(scenario):
     time, depth, force, truth = stranger(1001, scenario)
     again = stranger(1001, scenario)
@@ -163,7 +163,7 @@ def test_each_scenario_makes_a_recording_with_its_truth(scenario):
     assert (np.diff(time) > 0).all() or "disorder" in truth.faults
     for low, high in truth.values.values():
         assert low <= high
-    assert set(truth.faults) <= set(FAULTS)
+    assert set(truth.faults) <= set(FAULTS | SHARED_FAULTS)
 
 
 def test_every_second_recording_may_have_anything_and_most_have_few_faults():
@@ -236,7 +236,7 @@ def test_a_warning_counts_only_for_a_fault_that_is_present():
     assert causes_named(("spikes",), message) == ()
     assert causes_named(("saturation",), ("The sensor may be saturated.",)) == ("saturation",)
     assert causes_named(("saturation",), ("A cone without saturation fits best.",)) == ()
-    assert set(WORDS) == set(FAULTS)
+    assert set(WORDS) == set(FAULTS | SHARED_FAULTS)
     assert set(EXPLAINS) < set(FAULTS)
 
 

@@ -45,6 +45,33 @@ def test_without_a_lag_none_is_reported(preset):
     assert reported <= 2
 
 
+def fast(speed, lag, seed, rate=1000.0):
+    """Own insertion with limited acceleration that rests for most of the recording; friction reverses over 0.1 mm."""
+    clock, braking = np.arange(0.0, 3.0, 1.0 / rate), round(0.05 * rate)
+    moving = [(clock > start) & (clock < start + 20e-3 / speed) for start in (0.5, 2.0)]
+    velocity = speed * np.convolve(np.subtract(*moving, dtype=float), np.full(braking, 1.0 / braking))[: len(clock)]
+    depth = -5e-3 + np.cumsum(velocity) / rate
+    stretch, stretched = 0.1e-3, np.zeros_like(depth)
+    for k in range(1, len(depth)):
+        stretched[k] = np.clip(stretched[k - 1] + depth[k] - depth[k - 1], -stretch, stretch)
+    h = np.maximum(depth, 0.0)
+    broken = np.maximum.accumulate(depth) > 4e-3
+    force = np.where(
+        broken, 18.6 * h * stretched / stretch + 0.08 * (stretched > 0.0) * (h > 0.0), 0.4 * (h / 4e-3) ** 2
+    )
+    force = np.interp(clock - lag, clock, force) + np.random.default_rng(seed).normal(0.0, NOISE, len(clock))
+    return nf.Recording(time=clock, depth=depth, force=force)
+
+
+@pytest.mark.parametrize("speed", [20e-3, 40e-3, 80e-3])
+def test_a_fast_needle_that_rests_most_of_the_time_has_no_lag(speed):
+    """The acceleration is no noise of the depth that a long average would have to remove."""
+    assert [reported_lag(fast(speed, 0.0, seed)) for seed in range(6)] == [None] * 6
+    for seed in range(3):
+        found = reported_lag(fast(speed, 0.05, seed))
+        assert found.low - 3.29 * found.error <= 0.05 <= found.high + 3.29 * found.error
+
+
 def complete_search(recording):
     """Low, high and error [s] over both ways in which the force may follow; None for a lag not to be reported."""
     search = lag_search(recording, nf.segment(recording), DepthSignal(recording.depth))

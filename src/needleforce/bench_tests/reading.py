@@ -15,7 +15,7 @@ from ..identification.estimates import Estimate
 from .bending import needle_modulus
 from .law_fit import StressCurve
 from .stress_fit import MAX_MISFIT, fit_stress
-from .tables import QUANTITIES, BenchTable, check_names, column_of, in_si, missing, read_table
+from .tables import QUANTITIES, BenchTable, check_names, column_of, missing, read_table, readings
 
 STRETCHES, STRESSES = ("stretch", "true_strain", "strain", "length", "displacement"), ("stress", "true_stress", "force")
 STROKE_BLOCKS = 50  # means of so many readings show whether the test is one stroke
@@ -69,13 +69,13 @@ def read_stress(
     columns, units = dict(columns or {}), dict(units or {})
     check_names(columns, units, (*STRETCHES, *STRESSES))
     table = read_table(path)
-    assumed = [*table.notes, *([MODE_ASSUMED] if mode is None else [])]
+    assumed = [MODE_ASSUMED] if mode is None else []
     if not table.has_header and not columns and len(table.headers) == 2:
         columns = _recognised_order(table)
         assumed.append(f"column {columns['stretch']} is the stretch and the other the stress, by their signs")
     along, stretch_column = _first_of(table, STRETCHES, columns)
     across, stress_column = _first_of(table, STRESSES, columns)
-    strain, load = in_si(table, along, stretch_column, units), in_si(table, across, stress_column, units)
+    strain, load = readings(table, {along: stretch_column, across: stress_column}, units).values()
     named = any("compress" in table.headers[column].casefold() for column in (stretch_column, stress_column))
     if named and load.sum() > 0.0:
         load = -load
@@ -92,7 +92,7 @@ def read_stress(
     if along in ("strain", "true_strain") and not table.units[stretch_column] and along not in units:
         assumed.append(f"the {along.replace('_', ' ')} is a ratio, not in per cent")
     curve = StressCurve(stretch[used], stress[used], mode=mode or UNIAXIAL, name=table.file)
-    return curve, tuple(assumed)
+    return curve, (*table.notes, *assumed)
 
 
 def _first_of(table: BenchTable, quantities: tuple[str, ...], columns: Mapping[str, str]) -> tuple[str, int]:
@@ -185,13 +185,14 @@ def read_bending(
     columns, units = dict(columns or {}), dict(units or {})
     wanted = ("force", "deflection") if three_point else ("position", "force", "tip_deflection")
     check_names(columns, units, wanted)
-    table, found = read_table(path), {}
+    table, chosen = read_table(path), {}
     for quantity in wanted:
         column = column_of(table, quantity, columns)
         if column is None:
             dimension = QUANTITIES[quantity][0]
             raise missing(table, quantity, f"_{'mm' if dimension == 'length' else 'N'}")
-        found[quantity] = in_si(table, quantity, column, units)
+        chosen[quantity] = column
+    found = readings(table, chosen, units)
     notes = list(table.notes)
     if three_point:
         last = int(np.argmax(np.abs(found["deflection"]))) + 1

@@ -24,7 +24,7 @@ from .checks import check_repeats, moving_repeats, outliers, wrong_labels
 from .folder_files import File, find_files, other_files
 from .labels import REPEATS, Label, grouped, inferred, label_files
 from .recording_result import INVALIDATING, Anomaly, RecordingResult, RecordingSummary, Trace, event_quantities, trace
-from .repeat_checks import copies
+from .repeat_checks import copy_anomalies
 from .result import Campaign, Condition
 
 Progress = Callable[[Any, str], Any]
@@ -241,7 +241,7 @@ def condition(
 ) -> Condition:
     """Identify the condition of these repeats. No content of a recording raises an error; faults are in the result."""
     readable = [each for each in files if each.recording is not None]
-    duplicates = copies([(each.name, each.recording) for each in readable])
+    duplicates = copy_anomalies([(each.name, each.recording) for each in readable])
     first = _identified([each.recording for each in readable if each.name not in duplicates], model, needle)
     fits = iter(first.recordings)
     fitted = {each.name: next(fits) for each in readable if each.name not in duplicates}

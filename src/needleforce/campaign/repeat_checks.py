@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..recording import Recording
+from ..recording.recording import copies
 from ..segmentation import Events
 from .recording_result import Anomaly, RecordingSummary, formatted, nearest
 
@@ -40,19 +41,14 @@ class Repeat:
     summary: RecordingSummary
 
 
-def copies(named: Sequence[tuple[str, Recording]]) -> dict[str, Anomaly]:
-    """File -> anomaly for each file with the same bytes as a previous one."""
-    first: dict[tuple[str, str], str] = {}
-    found = {}
-    for name, recording in named:
-        content = recording.card.content
-        if content[0] and content in first:
-            nan = float("nan")
-            sentence = f"It has the same bytes as {first[content]}: a copy is not a repeat. Remove one of the two."
-            found[name] = Anomaly(
-                kind="copy", quantity="", value=nan, usual=nan, unit="", sentence=sentence, left_out=True
-            )
-        first.setdefault(content, name)
+def copy_anomalies(named: Sequence[tuple[str, Recording]]) -> dict[str, Anomaly]:
+    """File -> anomaly for each file with the readings of a previous one."""
+    found, nan = {}, float("nan")
+    for k, first in copies([recording for _, recording in named]).items():
+        (name, one), (earlier, other) = named[k], named[first]
+        what = "bytes" if one.card.sha256 == other.card.sha256 else "readings, saved in another way,"
+        sentence = f"It has the same {what} as {earlier}: a copy is not a repeat. Remove one of the two."
+        found[name] = Anomaly(kind="copy", quantity="", value=nan, usual=nan, unit="", sentence=sentence, left_out=True)
     return found
 
 

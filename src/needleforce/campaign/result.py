@@ -291,7 +291,7 @@ def _recording_document(one: RecordingResult) -> dict:
 
 
 def _estimates(estimates: dict[str, Estimate]) -> list[dict]:
-    return [dataclasses.asdict(each) for each in estimates.values()]
+    return [each.document() for each in estimates.values()]
 
 
 def _plain(value: Quality | None) -> dict | None:

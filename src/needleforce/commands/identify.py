@@ -176,16 +176,23 @@ def _show_parameters(fit: "Fit") -> None:
     from ..identification.statistics.noise import INTERVAL
 
     repeated = any(estimate.between_repeats_sd is not None for estimate in fit.parameters.values())
+    systematic = any(estimate.systematic_share for estimate in fit.parameters.values())
     within = any(estimate.within_run_sd is not None for estimate in fit.parameters.values())
     spread = ["sd between repeats" + ", within run" * within] if repeated else []
     sources = {estimate.source for estimate in fit.parameters.values()}
     many = len(sources) > 1
     for layer, parameters in by_layer(fit.parameters).items():
         rows = [
-            [name, quantity(e.value, e.low, e.high, e.unit), *[_spread(e)] * repeated, _yes(e), *[e.source] * many]
+            [
+                *(name, quantity(e.value, e.low, e.high, e.unit)),
+                *[e.systematic_share] * systematic,
+                *[_spread(e)] * repeated,
+                *(_yes(e), *[e.source] * many),
+            ]
             for name, e in parameters.items()
         ]
-        heads = ["quantity", f"value, {INTERVAL}", *spread, "identifiable", *["how"] * many]
+        heads = ["quantity", f"value, {INTERVAL}", *["systematic"] * systematic, *spread, "identifiable"]
+        heads += ["how"] * many
         table(f"identified, {layer}" if layer else "identified", heads, rows)
     if sources and not many:
         say(f"how: {sources.pop()}")

@@ -39,6 +39,20 @@ TIMING = (
     "Force and depth of a recording are not of the same instant, or its filter is not the declared one: see its notes. "
     "The intervals of a model of one layer hold the values with and without that."
 )
+SYSTEMATIC = (
+    "Narrower intervals by more repeats: most of these intervals is systematic, an error that the repeats share and "
+    "that stays in their mean: {}."
+)
+MODEL_ERRORS = {
+    "law": "the choice of the loading law",
+    "lag": "a lag between force and depth",
+    "filter": "a filter that is not declared",
+    "slow misfit": "slow misfit below the puncture",
+    "slower misfit": "slow misfit below the puncture",
+    "insertion": "strokes that disagree",
+    "withdrawal": "strokes that disagree",
+}
+NO_CAUSE = "steps of depth, force or time"
 WHITE = "white"
 AUTOREGRESSIVE = "autocorrelated (AR(1)) over {}: long-run variance of a first-order autoregression"
 CORRELATED = "correlated over {}: flat-top long-run variance"
@@ -190,6 +204,19 @@ def unknown(given: FitInputs, law: str, two_pass: bool) -> tuple[str, ...]:
             "constant. A second insertion at the same site gives the cutting force."
         )
     return tuple(sentences)
+
+
+def not_narrowed(parameters: dict[str, Estimate], recordings: Iterable[RecordingFit]) -> tuple[str, ...]:
+    """A sentence on the estimates whose interval more repeats would not narrow, with the errors of the model that are
+    in it."""
+    causes = [cause for each in recordings if each.cycle is not None for cause in each.cycle.causes.items()]
+    found: dict[str, list[str]] = {}
+    for name, estimate in parameters.items():
+        if estimate.systematic_share == "most":
+            by = dict.fromkeys(MODEL_ERRORS[cause] for cause, moved in causes if moved.get(name))
+            found.setdefault(" and ".join(by) or NO_CAUSE, []).append(name)
+    named = "; ".join(f"{', '.join(names)} ({by})" for by, names in found.items())
+    return (SYSTEMATIC.format(named),) if named else ()
 
 
 def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecording]) -> FitSettings:

@@ -17,6 +17,7 @@ from .statistics.noise import INTERVAL, TWO_SIDED, student_quantile
 MEAN = "mean of {n} repeats"
 MAX_DEPTH_SHARE = 0.5  # of the indentation at the puncture: a depth with a larger half width is not known
 MAX_FORCE_SHARE = 0.1  # of the puncture force: a force of none is known to be small
+MIN_SHOWN_SHARE = 0.1  # of the interval: a smaller systematic part is not mentioned
 MIN_CORRELATION = 0.95  # from here on, less than a third of either standard error is left when the other is known
 WITH_OWN_RULE = {"friction_bend", "presliding"}  # may be negative; identifiable where its travel is resolved
 WITHOUT_PRODUCT = {"contact_depth"}  # measured from an arbitrary zero: its products have no meaning
@@ -46,6 +47,9 @@ class Estimate:
     within_run_sd : float or None
         Root mean square of the repeats' own standard errors [``unit``], which are part of their scatter; None with
         fewer than two repeats.
+    systematic : tuple of float
+        How much farther [``unit``] the interval reaches below and above the value than by ``random`` errors, because
+        the model is in error. Repeats share this part, and their mean has all of it.
     """
 
     name: str
@@ -58,6 +62,24 @@ class Estimate:
     identifiable: bool = True
     source: str = ""
     within_run_sd: float | None = None
+    systematic: tuple[float, float] = (0.0, 0.0)
+
+    @property
+    def random(self) -> float:
+        """Half width [``unit``] of the interval from what differs between repeats: noise and, with two or more, their
+        scatter. NaN where the interval has no end."""
+        half = 0.5 * (self.high - self.low - sum(self.systematic))
+        return max(half, 0.0) if isfinite(half) else nan
+
+    @property
+    def systematic_share(self) -> str:
+        """How much of the interval is systematic, in a word: ``most``, ``part`` (a tenth or more), or none."""
+        share = sum(self.systematic) / (self.high - self.low) if self.high > self.low else 0.0
+        return "most" if share > 0.5 else "part" if share >= MIN_SHOWN_SHARE else ""
+
+    def document(self) -> dict:
+        """The fields, and ``random``, as tables and JSON have them."""
+        return asdict(self) | {"random": self.random}
 
     @property
     def shown(self) -> Any:
@@ -86,7 +108,7 @@ class Parameters(Printed, dict[str, Estimate]):
     It prints as a table of values with their intervals; in a notebook as the same table in HTML.
     """
 
-    HEAD = ("quantity", f"value, {INTERVAL}", "sd between repeats", "identifiable", "how obtained")
+    HEAD = ("quantity", f"value, {INTERVAL}", "systematic", "sd between repeats", "identifiable", "how obtained")
 
     def __getattr__(self, name: str) -> Estimate:
         try:
@@ -107,6 +129,7 @@ class Parameters(Printed, dict[str, Estimate]):
             (
                 each.name,
                 str(each.shown),
+                each.systematic_share,
                 each.scatter,
                 "yes" if each.identifiable else "no",
                 "" if shared else each.source,
@@ -116,11 +139,11 @@ class Parameters(Printed, dict[str, Estimate]):
         return self.HEAD, rows
 
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame in SI, a row for each estimate, with the fields of ``Estimate`` as columns."""
+        """A pandas DataFrame in SI, a row for each estimate, with its fields and ``random`` as columns."""
         import pandas
 
-        columns = [field for field in Estimate.__dataclass_fields__ if field != "name"]
-        return pandas.DataFrame([asdict(each) for each in self.values()], columns=["name", *columns]).set_index("name")
+        columns = (*Estimate.__dataclass_fields__, "random")
+        return pandas.DataFrame([each.document() for each in self.values()], columns=columns).set_index("name")
 
 
 class EstimateResult(Result):
@@ -147,7 +170,7 @@ class EstimateResult(Result):
 
     def document(self) -> dict:
         """The estimates as dicts, as ``to_json`` writes them."""
-        return {"parameters": [asdict(each) for each in self.estimates]}
+        return {"parameters": [each.document() for each in self.estimates]}
 
     def to_dataframe(self) -> Any:
         """The estimates as a pandas DataFrame in SI, indexed by name."""
@@ -206,8 +229,9 @@ def is_meaningful(name: str, low: float, high: float, *, force: float, depth: fl
 def pool(own: list[dict[str, Estimate]]) -> dict[str, Estimate]:
     """The pooled estimate of every quantity that any repeat has; with one repeat its own.
 
-    On tissue the scatter between repeats dominates and includes the error within a run: the interval is Student's on
-    the scatter, but not narrower than the mean error within the runs.
+    On tissue the scatter between repeats dominates and includes the random error within a run: the random part of the
+    interval is Student's on the scatter, but not narrower than the mean random error within the runs over the root of
+    their number. Errors of the model are common to repeats: the systematic part is the mean of theirs.
     """
     names = list(dict.fromkeys(name for estimates in own for name in estimates))
     pooled = {name: _pooled([estimates[name] for estimates in own if name in estimates]) for name in names}
@@ -233,7 +257,7 @@ def mean_estimate(
     if n < 2:
         return Estimate(name, mean, unit, mean - half, mean + half, source=source)
     sd = float(values.std(ddof=1))
-    half = student_quantile(n - 1) * sd / np.sqrt(n)
+    half = float(student_quantile(n - 1) * sd / np.sqrt(n))
     return Estimate(name, mean, unit, mean - half, mean + half, between_repeats_sd=sd, source=source)
 
 
@@ -246,15 +270,21 @@ def _pooled(repeats: list[Estimate]) -> Estimate:
     if not np.isfinite(values).all():
         mean, identifiable = float(values.mean()), first.identifiable
         return Estimate(first.name, mean, first.unit, np.nan, np.nan, identifiable=identifiable, source=source)
-    halves = np.array([0.5 * (estimate.high - estimate.low) for estimate in repeats])
+    halves = np.array([estimate.random for estimate in repeats])
+    systematic = np.array([estimate.systematic for estimate in repeats])
+    below, above = systematic.mean(axis=0).tolist()
     pooled = replace(mean_estimate(first.name, values, first.unit, source), within_run_sd=_root_mean_square(halves))
     if not all(estimate.identifiable for estimate in repeats):
         # a bound that all repeats share has no scatter: the mean has the uncertainty of a single repeat
         low, high = min(estimate.low for estimate in repeats), max(estimate.high for estimate in repeats)
-        return replace(pooled, low=low, high=high, identifiable=False)
-    within = np.nanmean(halves) / np.sqrt(n)
-    half = max(pooled.high - pooled.value, within if np.isfinite(within) else 0.0)
-    return replace(pooled, low=pooled.value - half, high=pooled.value + half)
+        return replace(pooled, low=low, high=high, identifiable=False, systematic=(below, above))
+    within = float(np.nan_to_num(np.nanmean(halves))) / np.sqrt(n)
+    # each end is what another reading of the recordings gives, with a scatter of its own
+    low, high = (mean_estimate(first.name, values + part, "", "") for part in (-systematic[:, 0], systematic[:, 1]))
+    low, high = float(min(low.low, low.value - within)), float(max(high.high, high.value + within))
+    if below > 0.0:  # not below 0 where no repeat is
+        low = max(low, min(pooled.low, 0.0, *(estimate.low for estimate in repeats)))
+    return replace(pooled, low=low, high=high, systematic=(min(below, pooled.value - low), above))
 
 
 def _root_mean_square(halves: np.ndarray) -> float | None:

@@ -24,7 +24,7 @@ from .two_pass.result import TwoPass
 
 COLUMNS = (
     *("recording", "quantity", "value", "low", "high", "unit", "between_repeats_sd", "within_run_sd"),
-    *("identifiable", "source"),
+    *("random", "systematic_below", "systematic_above", "identifiable", "source"),
 )
 POOLED = "pooled"
 ENDINGS = (".csv", ".json")
@@ -43,7 +43,7 @@ def write_estimates(fit: Fit, path: str | Path) -> None:
 
 def _row(recording: str, e: Estimate) -> list:
     numbers = [_cell(number) for number in (e.value, e.low, e.high)]
-    spreads = [_cell(number) for number in (e.between_repeats_sd, e.within_run_sd)]
+    spreads = [_cell(number) for number in (e.between_repeats_sd, e.within_run_sd, e.random, *e.systematic)]
     return [csv_text(recording), e.name, *numbers, e.unit, *spreads, str(e.identifiable).lower(), e.source]
 
 
@@ -198,7 +198,7 @@ def _correlations(found: Correlations | None) -> dict | None:
 
 
 def _estimates(parameters: dict) -> list[dict]:
-    return [dataclasses.asdict(estimate) for estimate in parameters.values()]
+    return [estimate.document() for estimate in parameters.values()]
 
 
 def _quality(quality: Quality | None) -> dict | None:

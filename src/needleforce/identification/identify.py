@@ -11,12 +11,14 @@ from ..errors import InputError
 from ..models.model import Model
 from ..preset_files import model_name, needle_of
 from ..recording import Recording
+from ..recording.recording import copies
 from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
 from .diagnostics import (
     NO_MODEL,
     FitInputs,
     held_fixed,
     misfit_warning,
+    not_narrowed,
     pooled_quality,
     recording_fit,
     reference_of,
@@ -274,7 +276,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
         quality=residual,
         warnings=misfit_warning(residual) + warnings_of(singles, model) + trouble,
         held_fixed=held_fixed(given, law, parameters),
-        unknown=unknown(given, law, two_pass is not None) + identified_together(fits),
+        unknown=unknown(given, law, two_pass is not None) + not_narrowed(parameters, fits) + identified_together(fits),
         choice=choice,
         settings=settings_of(law, given.needle, singles),
         two_pass=two_pass,
@@ -346,10 +348,13 @@ def _listed(sources: Any) -> list:
 
 
 def _different(recordings: list[Recording]) -> None:
-    """Raises InputError for a file given twice, which would count as a repeat and make the intervals too narrow."""
-    sources: dict[tuple[str, str], str] = {}
-    for card in (recording.card for recording in recordings if recording.card.sha256):
-        if card.content in sources:
-            same = f"the same bytes as {sources[card.content]}"
-            raise InputError("content of the file", same, "given twice", card.source, "Give each file once.")
-        sources[card.content] = card.source
+    """Raises InputError for readings given twice, which would count as a repeat and make the intervals too narrow."""
+    for k, first in copies(recordings).items():
+        one, other = recordings[k].card, recordings[first].card
+        what = (
+            "the same bytes as"
+            if one.sha256 == other.sha256
+            else "the same readings, saved in another way, as those of"
+        )
+        same = f"{what} {other.source}"
+        raise InputError("content of the file", same, "given twice", one.source, "Give each file once.")

@@ -141,6 +141,7 @@ def derived(parameters: dict[str, Estimate], needle: Needle | None, tissue: Esti
 def _reduced_modulus(coefficient: Estimate, needle: Needle) -> Estimate:
     factor = 0.5 * math.pi / math.tan(equivalent_half_angle(needle.tip))
     sd, angle = coefficient.between_repeats_sd, math.degrees(equivalent_half_angle(needle.tip))
+    below, above = coefficient.systematic
     return Estimate(
         "reduced_modulus",
         factor * coefficient.value,
@@ -148,6 +149,7 @@ def _reduced_modulus(coefficient: Estimate, needle: Needle) -> Estimate:
         factor * coefficient.low,
         factor * coefficient.high,
         between_repeats_sd=None if sd is None else factor * sd,
+        systematic=(factor * below, factor * above),
         source=f"stiffness coefficient and tip of half angle {angle:.3g} degrees",
     )
 

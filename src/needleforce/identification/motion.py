@@ -55,12 +55,14 @@ class DepthSignal:
         """The depth (n,) [m] averaged over neighbouring samples, and the noise that is left in it [m].
 
         Over as many samples as make the error at a corner of the motion, an eighth of the travel that they span, equal
-        to what is left of the noise. A depth without noise is unchanged.
+        to what is left of the noise. A depth without noise is unchanged. The step of a sample is the median one, or the
+        mean one of a needle that rests for more than half of the recording.
         """
         if not self.noise > 0.0:
             return self.depth, 0.0
-        step = core.median_step(smoothed(self.depth, 5), magnitude=True)
-        length = round((16.0 * self.noise / max(step, 1e-12)) ** (2.0 / 3.0))
+        mean = float(np.ptp(self.depth)) / len(self.depth)
+        step = max(core.median_step(smoothed(self.depth, 5), magnitude=True), mean)
+        length = round((16.0 * self.noise / step) ** (2.0 / 3.0))
         length = min(max(length, 1), max(len(self.depth) // 20, 1))
         return smoothed(self.depth, length), self.noise / math.sqrt(length)
 

@@ -15,6 +15,7 @@ QUANTITIES = {
     "time": (
         "time",
         "time t timestamp time_stamp stamp header_stamp elapsed elapsed_time test_time run_time total_time sample_time "
+        "seconds millis milliseconds msec ms micros microseconds usec sekunden "
         "zeit laufzeit prufzeit pruefzeit temps tiempo tempo",
     ),
     "depth": (
@@ -69,6 +70,7 @@ _OTHERS = frozenset(
     "rate speed velocity energy work error sd std max min mean average peak target set setpoint command "
     "commanded desired ratio strain stress offset x y transverse lateral geschwindigkeit soll".split()
 )
+_RATIOS = ("%", "percent", "prozent", "mm/mm", "m/m", "in/in")
 UNIT_DIMENSIONS = ("time", "length", "velocity", "force", "torque", "angle")
 
 
@@ -85,8 +87,8 @@ def check_known(quantity: str) -> None:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit of a quantity of a recording."""
-    return any(find(text, each) for each in UNIT_DIMENSIONS)
+    """Whether a text is a unit of a quantity of a recording, or of a ratio, in which none is read."""
+    return text.casefold() in _RATIOS or any(find(text, each) for each in UNIT_DIMENSIONS)
 
 
 @lru_cache(4096)
@@ -105,10 +107,13 @@ def split(header: str, known: Callable[[str], bool] = is_unit) -> tuple[str, str
     parts = header.split("_")
     for cut in range(1, len(parts)):
         name, suffix = "_".join(parts[:cut]), "_".join(parts[cut:])
+        if parts[cut].isdecimal() and cut + 1 < len(parts):  # the number of a channel
+            continue
         quantity = _NAMES.get(plain_name(name))
-        if find(suffix, dimension(quantity)) if quantity else known(suffix):
+        if suffix in _RATIOS or (find(suffix, dimension(quantity)) if quantity else known(suffix)):
             return name, suffix
-    return header, None
+    names_unit = _NAMES.get(plain_name(header)) == "time" and find(header, "time")
+    return header, header.strip() if names_unit else None
 
 
 def by_name(header: str) -> str | None:

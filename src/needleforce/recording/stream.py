@@ -56,7 +56,8 @@ def read_stream(
     ``assumed``. Raises InputError.
     """
     chosen, stated = roles.chosen(wanted), stated_by(table)
-    sentences = _put_stated_units(chosen, stated, units)
+    sentences = [f"the {q} is the column {c.header!r}, {c.reason}" for q, c in chosen.items() if "whose" in c.reason]
+    sentences += _put_stated_units(chosen, stated, units)
     notes = _leave_out_torques(chosen, units)
     alone = roles.by_unit(_absent(chosen, wanted, assumed))
     chosen |= alone

@@ -8,7 +8,7 @@ from numbers import Integral
 import numpy as np
 
 from .. import core
-from ..display.quantities import plain
+from ..display.quantities import percent, plain
 from ..errors import InputError
 from ..recording.force_signal import glitches, outliers, quantum_of, spikes, without_outliers
 from ..recording.source import RecordingSource, recording_of
@@ -33,6 +33,12 @@ IN_CONTACT = (
 )
 MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
 MIN_ORDERED = 50  # samples of a depth whose order is judged
+DEAD_SHARE = 0.98  # of the samples with one value: even a coarse sensor shows an insertion in more of them
+MIN_LEVEL, MAX_LEVEL = 5, 20  # samples of a steady level
+STEPS_TRIED = 5  # the largest changes between two samples
+STEP_GAP = 3  # samples on either side of a step, which a filter makes gradual
+STEP_SIGMA = 10.0  # [sd of the level] of a step: white noise makes none in 1e12 recordings
+NEGATIVE_RATIO = 3.0  # of the largest force below zero to that above
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -110,6 +116,8 @@ def segment(
     first = next((number for number, each in enumerate(touching) if each.punctures), 0)
     chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
+    if step := _baseline_step(clean[: np.searchsorted(time, chosen.contact.time)]):
+        remarks += (_step_sentence(time, clean, step),)
     reason = () if chosen.punctures else (NO_PUNCTURE,)
     return Events(
         contact=chosen.contact,
@@ -208,9 +216,62 @@ def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, moved: bo
             return f"{small}. For an indentation use needleforce indentation."
         return "The depth never increases: the needle does not move inwards."
     found = glitches(force)
-    if not len(found):
-        return "The force never exceeds the noise of its baseline: there is no contact."
-    return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
+    if len(found):
+        return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
+    step = _baseline_step(force)
+    cause = _dead(force) or (_step_sentence(time, force, step) if step else "") or _is_negative(force)
+    return cause or "The force never exceeds the noise of its baseline: there is no contact."
+
+
+def _dead(force: np.ndarray) -> str:
+    """A sentence if almost all of the (n,) force has one value."""
+    usual = float(np.median(force))
+    share = float(np.mean(force == usual))
+    if share <= DEAD_SHARE:
+        return ""
+    samples = "all samples" if share == 1.0 else f"{percent(share)} of the samples"
+    return (
+        f"The force is constant, {plain(usual, 'N')} in {samples}: there is no contact, or the channel is dead. Check "
+        "the sensor, and which column is the force."
+    )
+
+
+def _baseline_step(force: np.ndarray) -> int:
+    """The sample at which the force steps from the level where it begins to another, as of a sensor that is zeroed; 0
+    without such a step."""
+    size = min(MAX_LEVEL, len(force) // 4)
+    if size < MIN_LEVEL:
+        return 0
+    level, spread, steps = core.median(force[:size]), float(force[:size].std()), np.abs(np.diff(force))
+    largest = np.argpartition(steps, -min(STEPS_TRIED, len(steps)))[-STEPS_TRIED:] + 1
+    for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
+        after = force[at + STEP_GAP :][:size]
+        change = abs(core.median(after) - level)
+        if STEP_SIGMA * spread < change and STEP_SIGMA * float(after.std()) < change:
+            if float(np.ptp(force[: at - STEP_GAP])) < 0.5 * change:
+                return at
+    return 0
+
+
+def _step_sentence(time: np.ndarray, force: np.ndarray, at: int) -> str:
+    change = float(np.median(force[at + STEP_GAP :][:MAX_LEVEL]) - np.median(force[: at - STEP_GAP]))
+    return (
+        f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the baseline "
+        "changes, as if the sensor was zeroed while it recorded. Leave out what is before, with --first-row or "
+        "Recording.between, or record again."
+    )
+
+
+def _is_negative(force: np.ndarray) -> str:
+    """A sentence if the force goes below its first value beyond its noise, and is mostly below zero."""
+    low, high = float(force.min()), float(force.max())
+    noise = core.second_difference_noise(np.ascontiguousarray(force, float))
+    if float(force[0]) - low <= STEP_SIGMA * noise or -low <= NEGATIVE_RATIO * high:
+        return ""
+    return (
+        f"The force is negative, down to {plain(low, 'N')}: a force that opposes the insertion is positive. Reverse "
+        "its sign, with --unit force=-N, if it was pressed."
+    )
 
 
 def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndarray) -> tuple[Status, tuple[str, ...]]:

@@ -129,14 +129,15 @@ def warnings_on(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[s
     """Sentences on what limits the validity of the values."""
     cycles = solved.problem.cycles
     found = []
+    residuals = [(each.file, each.quality.nrmse) for each in recordings if each.quality is not None]
+    middle = float(np.median([residual for _, residual in residuals])) if residuals else 0.0
     if len(cycles) < MIN_REPEATS:
         found.append(
             f"The scatter between repeats is not known from {counted(len(cycles), 'recording')}: the "
-            "intervals contain only the noise within each recording. Give three or more."
+            "intervals contain only the noise within each recording."
+            + (" Give three or more." if middle <= MAX_RESIDUAL else " More repeats do not narrow its misfit.")
         )
     found += [*_other_zeros(recordings), *disagreements(solved.problem.known)]
-    residuals = [(each.file, each.quality.nrmse) for each in recordings if each.quality is not None]
-    middle = float(np.median([residual for _, residual in residuals])) if residuals else 0.0
     if middle > MAX_RESIDUAL:
         found.append(
             f"The residual is {100 * middle:.0f} % of the peak (median of {counted(len(residuals), 'recording')}): the "

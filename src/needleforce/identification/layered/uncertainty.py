@@ -121,8 +121,18 @@ class Uncertainty:
         within = TWO_SIDED * self.within_sd
         if self.runs < MIN_REPEATS:
             return within
-        scatter = student_quantile(self.runs - 1) * self.between_sd / np.sqrt(self.runs)
-        return np.fmax(within, np.hypot(scatter, TWO_SIDED * self.by_prior))
+        return np.fmax(within, np.hypot(self._scatter, TWO_SIDED * self.by_prior))
+
+    @cached_property
+    def random_half(self) -> np.ndarray:
+        """Half widths (p,) without the error of what was known beforehand."""
+        within = TWO_SIDED * np.sqrt(np.maximum(self.within_sd**2 - np.square(self.by_prior), 0.0))
+        return within if self.runs < MIN_REPEATS else np.fmax(within, self._scatter)
+
+    @property
+    def _scatter(self) -> np.ndarray:
+        """Half widths (p,) of Student's intervals on the scatter between repeats."""
+        return student_quantile(self.runs - 1) * self.between_sd / np.sqrt(self.runs)
 
     def _indentation(self, name: str) -> float:
         """Indentation [m] at the rupture of the layer to which a parameter belongs, within the travel."""
@@ -142,6 +152,8 @@ class Uncertainty:
             low, high = _limits(value, half, above_zero)
             if name.endswith("puncture_depth") and value > self.deepest:
                 low, high = self.deepest, np.inf
+            by_noise = _limits(value, min(float(self.random_half[k]), half), above_zero)
+            systematic = (by_noise[0] - low, high - by_noise[1]) if np.isfinite(half) else (0.0, 0.0)
             high = np.inf if name in self.undecided else high
             within = MAX_DEPTH_SHARE * self._indentation(name) if unit == "m" else MAX_EXPONENT_HALF
             identifiable = high < MAX_FACTOR * value if above_zero else 0.5 * (high - low) < within
@@ -157,6 +169,7 @@ class Uncertainty:
                 identifiable=bool(identifiable and name not in self.limited),
                 source=f"{source}, with {self.known[name]}" if name in self.known else source,
                 within_run_sd=float(self.within_sd[k]) if enough else None,
+                systematic=tuple(float(max(part, 0.0)) if np.isfinite(part) else 0.0 for part in systematic),
             )
         return made
 

@@ -229,11 +229,12 @@ def with_contact(fit: CycleFit, interval: tuple[float, float], slopes: Mapping[s
     if not (less > 0.0 or more > 0.0):
         return fit
     low, high = dict(fit.low), dict(fit.high)
-    for each, slope in ({"puncture_indentation": -1.0} | slopes).items():
+    slopes = {"puncture_indentation": -1.0, **slopes}
+    for each, slope in slopes.items():
         changes = (-slope * less, slope * more, 0.0)
         low[each], high[each] = fit.low[each] + min(changes), fit.high[each] + max(changes)
-    by = np.array([slopes.get(each, 0.0) for each in fit.order])
     place = fit.order.index(name)
     wanted = (0.5 * (high[name] - low[name]) / TWO_SIDED) ** 2
     added = max(wanted - float(np.nan_to_num(fit.covariance[place, place])), 0.0)
-    return widened(fit, low, high, fit.covariance + added * np.outer(by, by))
+    moved = {each: TWO_SIDED * math.sqrt(added) * slope for each, slope in slopes.items()}
+    return widened(fit, low, high, {"law": moved})

@@ -3,7 +3,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -76,8 +76,11 @@ class FittedValues:
     """Names of the continuous parameters."""
     covariance: np.ndarray
     """(p, p) of these, in their order."""
-    widened: bool = False
-    """True if errors of the model are in the intervals too, not only noise; see ``model_errors``."""
+    systematic: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """How much farther than by noise an interval reaches below and above the value, because the model is in error."""
+    causes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """By each error of the model that is in the intervals, how far the values move together, at the level of the
+    intervals; see ``model_errors``."""
 
 
 def limits(values: Mapping[str, float], half: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
@@ -166,6 +169,11 @@ class CycleFit(FittedValues):
         low, high = limits(middle, widths)
         return replace(self, values=self.values | middle, low=self.low | low, high=self.high | high)
 
+    def systematic_part(self, name: str) -> tuple[float, float]:
+        """The part of the interval below and above the value that repeats share; no more than there is on that side."""
+        value, (below, above) = self.values[name], self.systematic.get(name, (0.0, 0.0))
+        return min(below, max(value - self.low[name], 0.0)), min(above, max(self.high[name] - value, 0.0))
+
 
 def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
     """The estimates of one cycle; without a withdrawal, friction and cutting force come from the insertion only."""
@@ -177,7 +185,13 @@ def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
 
 def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
     limits = fit.values[name], UNITS[name], fit.low[name], fit.high[name]
-    return Estimate(name, *limits, identifiable=_is_identifiable(name, fit), source=source)
+    return Estimate(
+        name,
+        *limits,
+        systematic=fit.systematic_part(name),
+        identifiable=_is_identifiable(name, fit),
+        source=source,
+    )
 
 
 def _is_identifiable(name: str, fit: CycleFit) -> bool:
@@ -244,6 +258,7 @@ class CycleEstimates:
         margin = TWO_SIDED * self.depth_noise
         ends = depths_between(depth, first, last)
         low["puncture_depth"], high["puncture_depth"] = ends[0] - margin, ends[1] + margin
+        between = 2 * (0.5 * abs(float(depth[self.before] - depth[self.before - 1])),)
         return CycleFit(
             law=self.options.law,
             options=self.options,
@@ -252,6 +267,7 @@ class CycleEstimates:
             high=high,
             order=self.order,
             covariance=self.covariance,
+            systematic={"puncture_depth": between, "puncture_indentation": between},
             puncture=PunctureSamples(self.before, first, last, self.left_out),
             residuals=CycleResiduals(
                 insertion=self.found["residual_in"],

@@ -4,7 +4,7 @@
 import contextlib
 import dataclasses
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
@@ -50,7 +50,7 @@ def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float 
     if not single.events.punctures:
         return single
     fits, loading, notes = dict(single.fits), dict(single.loading), dict(single.law_notes)
-    fit, others = _fits(single, saturation), [_fits(other, saturation) for other in _retimed(single)]
+    fit, others = _fits(single, saturation), {k: _fits(other, saturation) for k, other in _retimed(single).items()}
     for law in laws:
         try:
             found, loading[law], sentences = fit(law)
@@ -76,29 +76,31 @@ def _with_misfit(single: SegmentedRecording, fit: CycleFit, loading: Deformation
     names, is no such misfit."""
     if len(single.events.punctures) > 1:
         return fit, loading, notes
-    fit, sentences = with_misfit_below(fit, single.strokes)
+    fit, sentences = with_misfit_below(fit, single.strokes, single.recording.card.filter_length)
     return fit, loading, [*notes, *sentences]
 
 
-def _answers(others: list[Callable], law: str) -> Iterator[CycleFit]:
+def _answers(others: dict[str, Callable], law: str) -> dict[str, CycleFit]:
     """The fits of one law to other readings of a recording, where they have one."""
-    for fit in others:
+    found = {}
+    for cause, fit in others.items():
         with contextlib.suppress(*FAILURES):
-            yield fit(law)[0]
+            found[cause] = fit(law)[0]
+    return found
 
 
-def _retimed(single: SegmentedRecording) -> list[SegmentedRecording]:
+def _retimed(single: SegmentedRecording) -> dict[str, SegmentedRecording]:
     """The recording as it is if the lag that it shows is one of the record, and if it is behind the filter that it
-    shows: the depth belongs to the force at another time."""
-    recording, timing, found = single.recording, single.timing, []
+    shows, by these causes: the depth belongs to the force at another time."""
+    recording, timing, found = single.recording, single.timing, {}
     declared = recording.card.filter_length
     if timing.lag is not None:
-        found.append((recording, filter_delay(recording, declared) + timing.lag.largest))
+        found["lag"] = recording, filter_delay(recording, declared) + timing.lag.largest
     if timing.filter_length > 1:
         card = dataclasses.replace(recording.card, filter_length=timing.filter_length)
         delay = filter_delay(recording, timing.filter_length)
-        found.append((dataclasses.replace(recording, card=card), delay))
-    return [_at_depth(single, each, depth_before(recording, delay)) for each, delay in found]
+        found["filter"] = dataclasses.replace(recording, card=card), delay
+    return {cause: _at_depth(single, each, depth_before(recording, delay)) for cause, (each, delay) in found.items()}
 
 
 def _at_depth(single: SegmentedRecording, recording: Recording, depth: np.ndarray) -> SegmentedRecording:

@@ -5,15 +5,18 @@ A lag between force and depth, or a filter that is not declared, is one more rea
 it is another answer, and the reported interval holds both. So are the friction of the insertion and that of the
 withdrawal by themselves, where they disagree: a surface that holds the shaft or rests on it, tissue that is dragged
 along, and a contact depth that the law misses change the level of one stroke, hardly its slope.
+
+Such an error is common to the repeats of a condition, and their mean has all of it. So what it adds to an interval is
+kept apart from what noise gives, in ``systematic``, and how it moves the values together in ``causes``.
 """
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..statistics.noise import TWO_SIDED, slow_noise
+from ..statistics.noise import TWO_SIDED, noise_of, slow_noise
 from ..statistics.regression import inverse
 from ..strokes import Strokes
 from .cycle_values import CycleFit
@@ -41,12 +44,14 @@ ALONE = (
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stroke:
     """One stroke below the puncture: embedded length (n,) [m] and force (n,) [N] without the zero, positive against
-    insertion; ``noise`` is its long-run variance [N²] and ``inwards`` the sign of its friction."""
+    insertion; ``inwards`` is the sign of its friction. ``noise`` is the long-run variance [N²] about its own line, and
+    ``slow`` the same with its slow misfit."""
 
     length: np.ndarray
     force: np.ndarray
-    noise: float
     inwards: bool
+    noise: float = math.nan
+    slow: float = math.nan
 
     @property
     def design(self) -> np.ndarray:
@@ -63,48 +68,52 @@ class Stroke:
         """Friction per length and level of this stroke alone, (2,), and the half widths of their intervals."""
         line = self.line
         bread = inverse(line.T @ line)
-        return bread @ (line.T @ self.force), TWO_SIDED * np.sqrt(self.noise * bread.diagonal())
+        return bread @ (line.T @ self.force), TWO_SIDED * np.sqrt(self.slow * bread.diagonal())
 
 
 def strokes_below(fit: CycleFit, strokes: Strokes) -> list[Stroke]:
-    """The strokes of a fit below its puncture, those with enough samples, with the noise of the fit."""
+    """The strokes of a fit below its puncture, those with enough samples."""
     contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.puncture.left_out
     used = slice(fit.puncture.before + w, len(strokes.depth_in) - w)
     cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero
     back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero
     inside = back[0] > 0.0
-    parts = [(*cut, fit.residuals.noises[0], True), (back[0][inside], back[1][inside], fit.residuals.noises[1], False)]
+    parts = [(*cut, True), (back[0][inside], back[1][inside], False)]
     return [
-        Stroke(length=length, force=force, noise=noise.long_run, inwards=inwards)
-        for length, force, noise, inwards in parts
+        Stroke(length=length, force=force, inwards=inwards)
+        for length, force, inwards in parts
         if len(length) >= MIN_SAMPLES
     ]
 
 
-def _with_own_noise(stroke: Stroke, friction: float) -> Stroke:
-    """The stroke with its slow noise."""
-    line = stroke.line
-    residual = stroke.force - friction * line[:, 0]
-    return replace(stroke, noise=slow_noise(residual - residual.mean(), line, stroke.noise))
+def _with_own_noise(stroke: Stroke, filter_length: int) -> Stroke:
+    """The stroke with the noise about its own line; a line that both strokes share leaves misfit in it."""
+    line, n = stroke.line, len(stroke.length)
+    residual = stroke.force - line @ (inverse(line.T @ line) @ (line.T @ stroke.force))
+    noise = noise_of(residual, n, filter_length, 2.0).long_run
+    return replace(stroke, noise=noise, slow=slow_noise(residual, line, noise))
 
 
-def with_misfit_below(fit: CycleFit, strokes: Strokes) -> tuple[CycleFit, tuple[str, ...]]:
+def with_misfit_below(fit: CycleFit, strokes: Strokes, filter_length: int) -> tuple[CycleFit, tuple[str, ...]]:
     """The fit with the misfit below the puncture in the intervals of friction and cutting force, and a sentence if its
     strokes disagree.
 
     The slow part of each stroke's residual adds to the covariance. Where a stroke by itself disagrees with the fit by
     more than both intervals, or the withdrawal does not end in zero force at the contact, the intervals hold the
     stroke's own friction too, with the cutting force that belongs to it. All of these tests are at the level of the
-    intervals, so 5 % of the recordings that follow the model are widened for nothing.
+    intervals, so 5 % of the recordings that follow the model are widened for nothing. Where strokes disagree, what
+    their common line leaves is no noise: the random part is then that of the noise about the strokes' own lines.
     """
-    parts = [_with_own_noise(each, fit.values["friction_per_length"]) for each in strokes_below(fit, strokes)]
+    parts = [_with_own_noise(each, filter_length) for each in strokes_below(fit, strokes)]
     if not parts or not parts[0].inwards or FITS[fit.law].foundation != "linear":
         return fit, ()
+    random = _random_shares(fit, parts)
+    others = _disagreeing(fit, parts, random["friction_per_length"])
     fit = _with_slow_noise(fit, parts)
-    others = _disagreeing(fit, parts)
     if not others:
         return fit, ()
-    return widen_to_cover(fit, others), (_sentence(parts, fit.values["friction_per_length"]),)
+    fit = widen_to_cover(_with_random(fit, random), others)
+    return fit, (_sentence(parts, fit.values["friction_per_length"]),)
 
 
 def _sentence(parts: list[Stroke], together: float) -> str:
@@ -118,69 +127,118 @@ def _sentence(parts: list[Stroke], together: float) -> str:
     return (ELSEWHERE if agree else DISAGREE).format(own=words, together=together)
 
 
+def _random_shares(fit: CycleFit, parts: list[Stroke]) -> dict[str, float]:
+    """Share of the standard errors of friction and cutting force that the noise about the strokes' own lines gives."""
+    noises = dict(zip((True, False), fit.residuals.noises))
+    grams = [part.design.T @ part.design for part in parts]
+    bread = inverse(sum(grams))
+    own, together = (
+        (bread @ sum(noise * gram for noise, gram in zip(each, grams)) @ bread).diagonal()
+        for each in ([part.noise for part in parts], [noises[part.inwards].long_run for part in parts])
+    )
+    return {name: math.sqrt(min(a / b, 1.0)) if b > 0.0 else 1.0 for name, a, b in zip(AFTER, own, together)}
+
+
+def _with_random(fit: CycleFit, shares: Mapping[str, float]) -> CycleFit:
+    """The fit with no more than these ``shares`` of the intervals that noise gave as their random part."""
+    systematic = dict(fit.systematic)
+    for name, share in shares.items():
+        below, above = fit.systematic_part(name)
+        value = fit.values[name]
+        less = (1.0 - share) * (value - fit.low[name] - below), (1.0 - share) * (fit.high[name] - value - above)
+        systematic[name] = below + max(less[0], 0.0), above + max(less[1], 0.0)
+    return replace(fit, systematic=systematic)
+
+
 def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
     """The fit with what the strokes' slow noise adds to the variance of friction and cutting force."""
     noises = dict(zip((True, False), fit.residuals.noises))
-    more = [part.noise - noises[part.inwards].long_run for part in parts]
+    more = [max(part.slow - max(part.noise, noises[part.inwards].long_run), 0.0) for part in parts]
     if not any(each > 0.0 for each in more):
         return fit
     grams = [part.design.T @ part.design for part in parts]
     bread = inverse(sum(grams))
     added = bread @ sum(each * gram for each, gram in zip(more, grams)) @ bread
-    low, high, covariance = dict(fit.low), dict(fit.high), fit.covariance.copy()
-    rows = [fit.order.index(name) for name in AFTER]
-    covariance[np.ix_(rows, rows)] += added
+    low, high = dict(fit.low), dict(fit.high)
     for name, variance in zip(AFTER, added.diagonal()):
         value, half = fit.values[name], TWO_SIDED * math.sqrt(max(float(variance), 0.0))
         low[name] = min(value - math.hypot(value - low[name], half), low[name])
         high[name] = value + math.hypot(high[name] - value, half)
-    return widened(fit, low, high, covariance)
+    sizes, axes = np.linalg.eigh(added)
+    moved = TWO_SIDED * np.sqrt(np.maximum(sizes, 0.0)) * axes * np.where(axes[0] < 0.0, -1.0, 1.0)
+    names = ("slower misfit", "slow misfit")
+    return widened(fit, low, high, {name: dict(zip(AFTER, axis)) for name, axis in zip(names, moved.T.tolist())})
 
 
-def _disagreeing(fit: CycleFit, parts: list[Stroke]) -> list[CycleFit]:
-    """The fit with the friction of a stroke by itself, for each stroke that disagrees with it."""
+def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, CycleFit]:
+    """The fit with the friction of a stroke by itself, for each stroke that disagrees with it; ``share`` of the
+    interval of the fit is random."""
     name = "friction_per_length"
-    value, half = fit.values[name], 0.5 * (fit.high[name] - fit.low[name])
+    value, half = fit.values[name], share * 0.5 * (fit.high[name] - fit.low[name])
     own = [part.own() for part in parts]
     level = own[1][0][1] if len(parts) > 1 and abs(own[1][0][1]) > own[1][1][1] else 0.0
     best = min(own, key=lambda each: each[1][0])
-    found = []
-    for each in own:
+    found = {}
+    for part, each in zip(parts, own):
         away = abs(float(each[0][0]) - value) > math.hypot(half, each[1][0])
         if away or (level and each is best):
-            found.append(_with_friction(fit, parts[0], float(each[0][0]), float(each[1][0]), float(level)))
+            other = _with_friction(fit, parts[0], float(each[0][0]), float(each[1][0]), float(level))
+            found["insertion" if part.inwards else "withdrawal"] = other
     return found
 
 
 def _with_friction(fit: CycleFit, insertion: Stroke, friction: float, half: float, level: float) -> CycleFit:
     """The fit with another ``friction`` [N/m], its ``half`` width, and the cutting force that follows from the
-    insertion's mean; embedding that begins elsewhere changes it by the withdrawal's ``level`` [N] at the contact."""
+    insertion's mean, with the errors of contact depth and zero; embedding that begins elsewhere changes it by the
+    withdrawal's ``level`` [N] at the contact."""
     friction, mean = max(friction, 0.0), float(insertion.length.mean())
-    cutting, width = float(insertion.force.mean()) - friction * mean, half * mean
+    contact, zero = (0.5 * (fit.high[name] - fit.low[name]) for name in ("contact_depth", "force_offset"))
+    cutting = float(insertion.force.mean()) - friction * mean
+    width = math.hypot(half * mean, *np.nan_to_num([friction * contact, zero]))
     ends = cutting + min(level, 0.0) - width, cutting + max(level, 0.0) + width
     low = fit.low | dict(zip(AFTER, (friction - half, ends[0])))
     high = fit.high | dict(zip(AFTER, (friction + half, ends[1])))
-    other = widened(fit, low, high, fit.covariance)
-    return replace(other, values=fit.values | dict(zip(AFTER, (friction, cutting))))
+    return replace(fit, low=low, high=high, values=fit.values | dict(zip(AFTER, (friction, cutting))))
 
 
-def widened(fit: CycleFit, low: Mapping[str, float], high: Mapping[str, float], covariance: np.ndarray) -> CycleFit:
-    """The fit with wider intervals, not below 0 where they were not: there is no negative friction or cutting."""
-    ends = {**low, **{name: max(low[name], min(fit.low[name], 0.0)) for name in AFTER}}
-    return replace(fit, low=ends, high=dict(high), covariance=covariance, widened=True)
+def widened(
+    fit: CycleFit, low: Mapping[str, float], high: Mapping[str, float], causes: Mapping[str, Mapping[str, float]]
+) -> CycleFit:
+    """The fit with wider intervals because of ``causes``, which move the values; not below 0 where they were not: there
+    is no negative friction or cutting."""
+    low = {**low, **{name: max(low[name], min(fit.low[name], 0.0)) for name in AFTER}}
+    systematic, covariance = dict(fit.systematic), fit.covariance
+    for name in fit.values:
+        below, above = systematic.get(name, (0.0, 0.0))
+        systematic[name] = below + _more(fit.low[name], low[name]), above + _more(high[name], fit.high[name])
+    for moved in causes.values():
+        covariance = covariance + _spread(np.array([moved.get(name, 0.0) for name in fit.order]))
+    return replace(
+        fit,
+        low=low,
+        high=dict(high),
+        covariance=covariance,
+        systematic=systematic,
+        causes={**fit.causes, **causes},
+    )
 
 
-def widen_to_cover(fit: CycleFit, others: Iterable[CycleFit]) -> CycleFit:
-    """The fit with intervals that cover those of the ``others`` too; its covariance has their differences."""
-    low, high, covariance = dict(fit.low), dict(fit.high), fit.covariance
-    others = tuple(others)
-    for other in others:
-        for name in fit.values.keys() & other.values.keys():
+def _more(farther: float, limit: float) -> float:
+    """By how much a limit moved; a limit that was not known did not."""
+    return farther - limit if farther > limit else 0.0
+
+
+def widen_to_cover(fit: CycleFit, others: Mapping[str, CycleFit]) -> CycleFit:
+    """The fit with intervals that cover those of the ``others`` too, each with its cause; its covariance has their
+    differences."""
+    low, high, causes = dict(fit.low), dict(fit.high), {}
+    for cause, other in others.items():
+        known = fit.values.keys() & other.values.keys()
+        for name in known:
             low[name] = _farther(min, low[name], other.low[name])
             high[name] = _farther(max, high[name], other.high[name])
-        shift = [other.values.get(name, fit.values[name]) - fit.values[name] for name in fit.order]
-        covariance = covariance + _spread(np.array(shift))
-    return replace(fit, low=low, high=high, covariance=covariance, widened=True) if others else fit
+        causes[cause] = {name: other.values[name] - fit.values[name] for name in known}
+    return widened(fit, low, high, causes) if causes else fit
 
 
 def _farther(end: Callable, one: float, other: float) -> float:

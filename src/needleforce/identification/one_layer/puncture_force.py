@@ -27,22 +27,31 @@ MAX_STRAIGHT_WINDOW = 0.03  # [of the indentation] over a longer window the curv
 @dataclass(frozen=True, kw_only=True)
 class MeasuredPeak:
     """The measured force [N] at the puncture, and the half widths [N] of its 95 % interval from the ``noise``, from the
-    ``place`` of the puncture and from the sensor's ``zero``."""
+    ``place`` of the puncture between samples, from the sensor's ``zero``, and from the ``rounding`` of the force."""
 
     force: float
     noise: float
     place: float
     zero: float
+    rounding: float = 0.0
 
     def rounded(self, step: float) -> "MeasuredPeak":
         """The peak of a force that is given in steps [N]: it may be anywhere within one, and so may the zero."""
-        return replace(self, noise=math.hypot(self.noise, 0.5 * step), zero=math.hypot(self.zero, 0.5 * step))
+        return replace(self, rounding=math.sqrt(0.5) * step)
 
     def estimate(self) -> Estimate:
-        """``puncture_force`` with its interval."""
-        half = math.hypot(self.noise, self.place, self.zero)
+        """``puncture_force`` with its interval. Repeats at one speed have their samples at the same places."""
+        half = math.hypot(self.noise, self.place, self.zero, self.rounding)
         limits = self.force - half, self.force + half
-        return Estimate("puncture_force", self.force, UNITS["puncture_force"], *limits, source=SOURCE)
+        shared = math.hypot(self.place, self.rounding)
+        return Estimate(
+            "puncture_force",
+            self.force,
+            UNITS["puncture_force"],
+            *limits,
+            systematic=(shared, shared),
+            source=SOURCE,
+        )
 
 
 def measured_peak(
@@ -156,5 +165,5 @@ def puncture_match(fit: CycleFit, peak: MeasuredPeak | None) -> PunctureMatch | 
         return None
     values = fit.values
     after = values["friction_per_length"] * values["puncture_indentation"] + values["cutting_force"]
-    error = SIGNIFICANT / TWO_SIDED * math.sqrt(2.0) * peak.noise
+    error = SIGNIFICANT / TWO_SIDED * math.sqrt(2.0) * math.hypot(peak.noise, math.sqrt(0.5) * peak.rounding)
     return PunctureMatch(modelled=values["puncture_force"], after=after, measured=peak.force, error=error)

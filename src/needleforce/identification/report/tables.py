@@ -53,6 +53,8 @@ def _parameter(own_name: str, estimate: Estimate, common: str | None) -> tuple:
     """The row of one estimate."""
     shown = quantity(estimate.value, estimate.low, estimate.high, estimate.unit)
     value = element("strong", shown.text) if not shown.interval else join(_value_and_interval(shown))
+    if estimate.systematic_share == "most":
+        value = join([value, element("span", ", mostly systematic", class_="interval")])
     name = join([quantity_name(own_name), element("code", estimate.name)])
     spreads = (
         _spread(estimate.value, sd, estimate.unit) for sd in (estimate.between_repeats_sd, estimate.within_run_sd)

@@ -90,9 +90,11 @@ def draws_of(
     the rest.
 
     The mean over n repeats has Student's distribution: x + g sum_j z_j (x_j - x) / sqrt(n (n - 1)), z normal, g the
-    root of n - 1 over a chi-square, one z and g for all quantities. Its interval is that of the table, its correlations
-    are those of the repeats. Where repeats scatter less than their own errors, a normal part is added. Estimates from
-    second passes are drawn by their interval.
+    root of n - 1 over a chi-square, one z and g for all quantities. Its correlations are those of the repeats. Where
+    repeats scatter less than their own errors, a normal part is added. Errors of the model are shared by the repeats:
+    each has one normal number for all repeats and quantities, which moves them as it moves their values, and the draws
+    of a quantity are then scaled to its interval in the table. Estimates from second passes are drawn by their
+    interval.
 
     Parameters
     ----------
@@ -138,10 +140,18 @@ def _own(each: RecordingFit, count: int, random: np.random.Generator) -> tuple[d
     found = {}
     for name, estimate in each.parameters.items():
         if name in joint and estimate.value == each.cycle.values[name]:
-            found[name] = joint[name]
+            found[name] = _widened(joint[name], estimate, each.cycle)
         elif math.isfinite(estimate.high - estimate.low):
             found[name] = _by_interval(estimate, random.standard_normal(count) / TWO_SIDED)
     return found, method
+
+
+def _widened(values: np.ndarray, estimate: Estimate, cycle: CycleFit) -> np.ndarray:
+    """Gaussian draws (d,) scaled on each side to an interval that errors of the model widened."""
+    if estimate.name not in cycle.order or not any(estimate.name in moved for moved in cycle.causes.values()):
+        return values
+    place = cycle.order.index(estimate.name)
+    return _by_interval(estimate, (values - estimate.value) / (TWO_SIDED * math.sqrt(cycle.covariance[place, place])))
 
 
 def _by_interval(estimate: Estimate, share: np.ndarray) -> np.ndarray:
@@ -156,7 +166,7 @@ def _mean(
     n, count = len(answering), next(iter(own.values())).shape[1]
     normal, chi_square = random.standard_normal((n, count)), random.chisquare(max(n - 1, 1), count)
     shared = normal * np.sqrt(max(n - 1, 1) / chi_square)
-    found = {}
+    moved, found = _moved_by_model_errors(answering, random, count), {}
     for name, draws in own.items():
         estimates, pooled = [each.parameters[name] for each in answering], parameters[name]
         values = np.array([estimate.value for estimate in estimates])
@@ -165,18 +175,46 @@ def _mean(
         elif n == 1:
             found[name] = draws[0]
         elif pooled.identifiable and math.isfinite(pooled.high - pooled.low):
-            found[name] = pooled.value + (values - values.mean()) @ shared / math.sqrt(n * (n - 1))
-            found[name] += _beyond_scatter(values, pooled) * random.standard_normal(count)
+            scattered = (values - values.mean()) @ shared / math.sqrt(n * (n - 1))
+            scattered += _beyond_scatter(values, pooled) * random.standard_normal(count)
+            found[name] = pooled.value + _with_systematic(scattered, pooled, moved.get(name), random)
         else:  # the mean has the uncertainty of a single repeat
             found[name] = draws[np.arange(count) % n, np.arange(count)]
     return found
 
 
 def _beyond_scatter(values: np.ndarray, pooled: Estimate) -> float:
-    """Standard error of the pooled interval in excess of the scatter between repeats."""
-    n, half = len(values), 0.5 * (pooled.high - pooled.low)
+    """Standard error of the random part of the pooled interval in excess of the scatter between repeats."""
+    n, half = len(values), pooled.random
     scatter = student_quantile(n - 1) * float(values.std(ddof=1)) / math.sqrt(n)
     return math.sqrt(max(half**2 - scatter**2, 0.0)) / TWO_SIDED
+
+
+def _moved_by_model_errors(
+    answering: list[RecordingFit], random: np.random.Generator, count: int
+) -> dict[str, np.ndarray]:
+    """Draws (count,) of standard size, by name, of where the errors of the model move the mean over repeats."""
+    causes = dict.fromkeys(cause for each in answering for cause in each.cycle.causes)
+    drawn, moved = random.standard_normal((len(causes), count)), {}
+    for number, cause in zip(drawn, causes):
+        for changes in (each.cycle.causes.get(cause, {}) for each in answering):
+            for name, change in changes.items():
+                moved[name] = moved.get(name, 0.0) + np.nan_to_num(change) * number
+    return {name: values / values.std() for name, values in moved.items() if values.std() > 0.0}
+
+
+def _with_systematic(
+    scattered: np.ndarray, pooled: Estimate, moved: np.ndarray | None, random: np.random.Generator
+) -> np.ndarray:
+    """Deviations (count,) from the mean with the systematic part, which follows ``moved``, scaled on each side to the
+    interval of the table."""
+    size = 0.5 * sum(pooled.systematic)
+    if not size > 0.0:
+        return scattered
+    moved = random.standard_normal(len(scattered)) if moved is None else moved
+    both = scattered + size / TWO_SIDED * moved
+    below, above = pooled.value - pooled.low, pooled.high - pooled.value
+    return both * np.where(both < 0.0, below, above) / math.hypot(pooled.random, size)
 
 
 def _replaced(pooled: Estimate, n: int, count: int, random: np.random.Generator) -> np.ndarray:

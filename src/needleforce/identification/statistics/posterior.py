@@ -25,7 +25,7 @@ def can_be_exact(fit: CycleFit) -> bool:
     in its intervals."""
     noises = [noise.long_run for noise in fit.residuals.noises if noise.count]
     too_small = fit.residuals.rmse <= MIN_NOISE_SHARE * abs(fit.values["puncture_force"])
-    return not (fit.by_stages or fit.widened or too_small) and max(noises) <= MAX_NOISE_RATIO * min(noises)
+    return not (fit.by_stages or fit.causes or too_small) and max(noises) <= MAX_NOISE_RATIO * min(noises)
 
 
 Grid = np.ndarray | float | int

@@ -85,16 +85,22 @@ def _bent_friction(two_pass: TwoPass, foundation: str) -> dict[str, Estimate]:
 
 
 def _replaced(two_pass: TwoPass) -> dict[str, Estimate]:
-    sites, bound = two_pass.sites, ", an upper bound" if two_pass.upper_bound else ""
-    slopes, forces = [site.friction_slope for site in sites], [site.cutting for site in sites]
-    by_slope = f"{TWO_PASS}, least squares with intercept"
-    name, half = "friction_per_length", sites[0].friction_slope_half
-    friction = mean_estimate(name, slopes, UNITS[name], by_slope, half)
-    name, half = "cutting_force", sites[0].cutting_half
-    cutting = mean_estimate(name, forces, UNITS[name], f"first minus {TWO_PASS}{bound}", half)
-    cutting = replace(cutting, identifiable=not two_pass.upper_bound)
+    bound = ", an upper bound" if two_pass.upper_bound else ""
+    by_slope, by_difference = f"{TWO_PASS}, least squares with intercept", f"first minus {TWO_PASS}{bound}"
+    own = [
+        {
+            name: Estimate(name, value, UNITS[name], value - half, value + half, source=source)
+            for name, value, half, source in (
+                ("friction_per_length", site.friction_slope, site.friction_slope_half, by_slope),
+                ("cutting_force", site.cutting, site.cutting_half, by_difference),
+            )
+        }
+        for site in two_pass.sites
+    ]
+    pooled = pool(own)
+    pooled["cutting_force"] = replace(pooled["cutting_force"], identifiable=not two_pass.upper_bound)
     extremes = {} if two_pass.upper_bound else {each.name: each for each in cutting_oscillation(two_pass) or ()}
-    return {"friction_per_length": friction, "cutting_force": cutting} | extremes
+    return pooled | extremes
 
 
 def subtract(pairs: list[Pair], spreading: tuple[float, float] | None = None) -> tuple[TwoPass | None, dict[int, str]]:
