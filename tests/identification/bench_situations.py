@@ -91,3 +91,36 @@ BENDING = {
     "zero steps": Situation(BENT, 2 * MM, lambda d: RATE * d + np.where(d > 1.2 * MM, 0.8, 0.0)),
     "few readings, toe": Situation(BENT, 2 * MM, lambda d: seated(d, RATE, 0.5 * MM), noise=0.005, readings=40),
 }
+
+
+def dome(travel, *, peak, top, valley, bottom, rate):
+    """Force [N] of a membrane that is in contact from the first sample on: a rounded maximum ``peak`` at the travel
+    ``top``, a decline to the ``valley`` at ``bottom``, and a rise by ``rate`` [N/m^2] beyond it."""
+    rise = peak * np.sin(0.5 * np.pi * np.minimum(travel / top, 1.0))
+    fallen = 0.5 * (peak - valley) * (1.0 - np.cos(np.pi * np.clip((travel - top) / (bottom - top), 0.0, 1.0)))
+    return rise - fallen + rate * np.maximum(travel - bottom, 0.0) ** 2
+
+
+def sawtooth(travel, peak, at):
+    """Force [N] of a film: a line to the ``peak`` at the travel ``at``, a fall to a third at once, then friction."""
+    return np.where(travel < at, peak * travel / at, peak / 3.0)
+
+
+# penetration: the force at tip entry [N], over travel [m], from the contact on
+PENETRATION = {
+    "dome": Situation(0.56, 3.7e-3, lambda z: dome(z, peak=0.56, top=5e-4, valley=0.36, bottom=2.8e-3, rate=2.2e6)),
+    "late dome": Situation(0.8, 5e-3, lambda z: dome(z, peak=0.8, top=1.5e-3, valley=0.5, bottom=4e-3, rate=2e6)),
+    "shallow dome": Situation(0.5, 5e-3, lambda z: dome(z, peak=0.5, top=8e-4, valley=0.4, bottom=3e-3, rate=1e6)),
+    "deep dome": Situation(1.0, 5e-3, lambda z: dome(z, peak=1.0, top=8e-4, valley=0.3, bottom=3e-3, rate=1e6)),
+    "noisy dome": Situation(
+        0.56, 3.7e-3, lambda z: dome(z, peak=0.56, top=5e-4, valley=0.36, bottom=2.8e-3, rate=2.2e6), noise=0.01
+    ),
+    "long dome": Situation(
+        0.56, 3.7e-3, lambda z: dome(z, peak=0.56, top=5e-4, valley=0.36, bottom=2.8e-3, rate=2.2e6), readings=5000
+    ),
+    "dome, no rise": Situation(0.7, 3e-3, lambda z: dome(z, peak=0.7, top=6e-4, valley=0.4, bottom=2.5e-3, rate=0.0)),
+    "film in contact": Situation(0.9, 4e-3, lambda z: sawtooth(z, 0.9, 1e-3)),
+    "film, rounded force": Situation(0.9, 4e-3, lambda z: sawtooth(z, 0.9, 1e-3), noise=0.005, rounding=0.01),
+    "film after free travel": Situation(0.9, 6e-3, lambda z: sawtooth(np.maximum(z - 2e-3, 0.0), 0.9, 1e-3)),
+    "zero is off": Situation(0.9, 6e-3, lambda z: sawtooth(np.maximum(z - 2e-3, 0.0), 0.9, 1e-3), zero=0.4),
+}

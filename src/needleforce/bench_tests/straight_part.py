@@ -48,8 +48,8 @@ def straight_part(x: np.ndarray, y: np.ndarray, noise: CurveNoise) -> StraightPa
     best: StraightPart | None = None
     while straight:
         best = max(straight, key=lambda each: each.slope * float(x[each.last - 1] - x[each.first]))
-        limit = [best.slope + STEEPER_SIGMA * float(np.hypot(best.error, each.error)) for each in straight]
-        straight = [each for each, least in zip(straight, limit, strict=True) if each.slope > least]
+        limits = [best.slope + STEEPER_SIGMA * float(np.hypot(best.error, each.error)) for each in straight]
+        straight = [each for each, limit in zip(straight, limits, strict=True) if each.slope > limit]
     if best is None:
         return _part(x, y, noise, 0, len(x))
     size = best.last - best.first
@@ -71,12 +71,12 @@ def _near(x: np.ndarray, y: np.ndarray, part: StraightPart) -> Iterator[float]:
 def _parts(x: np.ndarray, y: np.ndarray, noise: CurveNoise) -> Iterator[StraightPart]:
     """The parts between two edges that rise enough."""
     edges = _edges(x, y)
-    least = MIN_RISE * float(np.ptp(y))
+    smallest = MIN_RISE * float(np.ptp(y))
     for k, first in enumerate(edges):
         for last in edges[k + 1 :]:
             if last - first >= MIN_PART_READINGS:
                 part = _part(x, y, noise, int(first), int(last))
-                if part.slope * float(x[last - 1] - x[first]) > least:
+                if part.slope * float(x[last - 1] - x[first]) > smallest:
                     yield part
 
 
