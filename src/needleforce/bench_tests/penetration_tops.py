@@ -141,6 +141,10 @@ def _joined(
     """The top of two parabolas that meet after the best of the ``places``, None if they miss the samples."""
     candidates = np.unique(np.linspace(places[0], max(places), MAX_PLACES).astype(int))
     candidates = candidates[(candidates >= part.start + 2) & (candidates < part.stop)]
+    if part.stop == len(force) and int(force[part.start :].argmax()) == len(part) - 1:
+        # it still rises at the end, where a parabola through the last few would leave them out of the top
+        after = part.stop - 1 - candidates
+        candidates = candidates[(after == 0) | (after > 3)]
     sd = noise.of_mean(1)
     best: tuple[float, int, tuple, tuple | None] | None = None
     for k in candidates.tolist():
