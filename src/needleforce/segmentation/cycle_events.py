@@ -137,8 +137,8 @@ def _has_a_hill(force: np.ndarray, peak: float, white: float) -> bool:
     top = int(smooth.argmax())
     rise, fall = float(smooth[top] - force[:2].mean()), float(smooth[top] - smooth[top:].min())
     high = rise > max(MIN_LOAD_SIGMA * white, MAX_DRIFT_SHARE * (peak - float(force[:2].mean())))
-    low, most = (share * rise for share in HILL_FALLS)
-    return high and top >= MIN_RUPTURE_SAMPLES and max(MIN_LOAD_SIGMA * white, low) < fall < most
+    low, high_fall = (share * rise for share in HILL_FALLS)
+    return high and top >= MIN_RUPTURE_SAMPLES and max(MIN_LOAD_SIGMA * white, low) < fall < high_fall
 
 
 def _rises_until(force: np.ndarray, drop: float) -> bool:
