@@ -15,7 +15,7 @@ MIN_PART_READINGS = 8
 MIN_RISE = 0.1  # of the range of the readings: a smaller part may be a step or a slip
 STEEPER_SIGMA = 4.0  # [standard errors] by which a shorter part is steeper, so that it counts
 SMOOTH_CHANGE = 0.2  # of the slope from one part to the next: more is another regime, such as a toe or yielding
-TRIM = 0.2  # of a part, left out at an end where the curve goes on: it is found late that the line does not
+TRIM = 0.2  # of a part, left out at an end where the curve continues: it is found late that the line does not
 
 
 @dataclass(frozen=True, kw_only=True)
