@@ -30,6 +30,7 @@ TIME = np.arange(0.0, 8.0, 0.01)
 DEPTH = depth_of(TIME)
 FORCE = force_of(TIME) + 0.003 * np.random.default_rng(11).normal(size=len(TIME))
 ROWS = np.column_stack([TIME, DEPTH, FORCE])
+DEFLECTION = 0.004 * np.arange(301)
 
 
 def rows(table=ROWS, sep=",", decimal=".", places=5, end="\n"):
@@ -499,6 +500,29 @@ def test_a_time_is_called_by_its_unit(tmp_path, header, per_second):
     check(nf.read(written(tmp_path, f"{header},depth_mm,force_N\n" + rows(table)), baseline=False))
 
 
+@pytest.mark.parametrize("header", ["Force (counts),Force setpoint [N]", "Force [%],Target [N]"])
+def test_a_target_is_no_force(tmp_path, header):
+    table = np.column_stack([TIME, DEPTH, FORCE, FORCE])
+    with pytest.raises(nf.InputError, match=r"unit of force is '(counts|%)'"):
+        nf.read(written(tmp_path, f"Time [s],Depth [mm],{header}\n" + rows(table)))
+
+
+@pytest.mark.parametrize(
+    "headers, columns",
+    [
+        ("Extension (%),Extension (mm),Load (N)", "pzf"),
+        ("Displacement [%],Crosshead [mm],Force [N]", "pzf"),
+        ("Extension [mm],Load [%],Load [N]", "zpf"),
+        ("Extension [mm],Load (V),Force (N)", "zpf"),
+    ],
+)
+def test_bench_tests_prefer_a_fitting_unit(tmp_path, headers, columns):
+    data = {"z": DEFLECTION, "p": 5.0 * DEFLECTION, "f": 10.0 * DEFLECTION}
+    path = written(tmp_path, headers + "\n" + rows(np.column_stack([data[each] for each in columns])))
+    curve, _ = read_stress(path, area=1e-4, gauge_length=0.02)
+    assert curve.stress == pytest.approx(1e5 * DEFLECTION) and curve.stretch == pytest.approx(1.0 + 0.05 * DEFLECTION)
+
+
 # --- why there is no contact
 
 
@@ -536,6 +560,14 @@ def test_a_negative_force_is_named(zero, stiffness):
     assert events.contact is None and "The force is negative, down to" in events.notes[0]
 
 
+def test_a_coarse_sensor_that_drifts_does_not_step(many):
+    """By a quantum and by two before the contact."""
+    for seed in range(many(5, 100)):
+        noise = 0.001 * np.random.default_rng(seed).normal(size=len(TIME))
+        force = np.round((force_of(TIME) + noise + 0.03 * np.minimum(TIME, 1.2)) / 0.02) * 0.02
+        assert not any("baseline changes" in each for each in nf.segment((TIME, 1e-3 * DEPTH, force)).notes)
+
+
 def test_noise_alone_has_no_other_cause(many):
     for seed in range(many(20, 500)):
         force = 0.01 * np.random.default_rng(seed).normal(size=len(TIME))
@@ -553,9 +585,6 @@ def test_public_case_19(recordings, name, words):
 
 
 # --- bench tests with rows that are no readings
-
-
-DEFLECTION = 0.004 * np.arange(301)
 
 
 @pytest.mark.parametrize("sep", ["\t", ";", ","])

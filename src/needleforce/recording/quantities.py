@@ -138,6 +138,11 @@ def by_word(header: str) -> str | None:
     return found[0] if len(found) == 1 and not words & _OTHERS else None
 
 
+def is_of_another(header: str) -> bool:
+    """Whether a word of a header makes it another quantity than its unit says: a target, an error, a rate."""
+    return bool(_OTHERS & set(plain_name(split(header)[0]).split("_")))
+
+
 def _is_time_of_another(words: Sequence[str]) -> bool:
     """Whether words are those of the times of a quantity: ``force_time``, ``t_pos``."""
     if len(words) < 2 or not _TIME_WORDS & {words[0], words[-1]}:

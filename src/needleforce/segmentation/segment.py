@@ -37,6 +37,7 @@ DEAD_SHARE = 0.98  # of the samples with one value: even a coarse sensor shows a
 MIN_LEVEL, MAX_LEVEL = 5, 20  # samples of a steady level
 STEPS_TRIED = 5  # the largest changes between two samples
 STEP_GAP = 3  # samples on either side of a step, which a filter makes gradual
+STEP_QUANTA, NOTED_SHARE = 3.0, 0.02  # of the sensor, and of the range of the force: a smaller step is drift
 STEP_SIGMA = 10.0  # [sd of the level] of a step: white noise makes none in 1e12 recordings
 NEGATIVE_RATIO = 3.0  # of the largest force below zero to that above
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
@@ -116,7 +117,7 @@ def segment(
     first = next((number for number, each in enumerate(touching) if each.punctures), 0)
     chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
-    if step := _baseline_step(clean[: np.searchsorted(time, chosen.contact.time)]):
+    if step := _baseline_step(clean[: np.searchsorted(time, chosen.contact.time)], _least_step(clean, quantum)):
         remarks += (_step_sentence(time, clean, step),)
     reason = () if chosen.punctures else (NO_PUNCTURE,)
     return Events(
@@ -218,7 +219,7 @@ def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, moved: bo
     found = glitches(force)
     if len(found):
         return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
-    step = _baseline_step(force)
+    step = _baseline_step(force, _least_step(force, quantum_of(force)))
     cause = _dead(force) or (_step_sentence(time, force, step) if step else "") or _is_negative(force)
     return cause or "The force never exceeds the noise of its baseline: there is no contact."
 
@@ -236,9 +237,14 @@ def _dead(force: np.ndarray) -> str:
     )
 
 
-def _baseline_step(force: np.ndarray) -> int:
-    """The sample at which the force steps from the level where it begins to another, as of a sensor that is zeroed; 0
-    without such a step."""
+def _least_step(force: np.ndarray, quantum: float) -> float:
+    """The smallest step [N] of the baseline that is named."""
+    return max(STEP_QUANTA * quantum, NOTED_SHARE * float(np.ptp(force)))
+
+
+def _baseline_step(force: np.ndarray, least: float) -> int:
+    """The sample at which the force steps from the level where it begins to another, as of a sensor that is zeroed, by
+    ``least`` [N]; 0 without such a step."""
     size = min(MAX_LEVEL, len(force) // 4)
     if size < MIN_LEVEL:
         return 0
@@ -247,7 +253,7 @@ def _baseline_step(force: np.ndarray) -> int:
     for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
         after = force[at + STEP_GAP :][:size]
         change = abs(core.median(after) - level)
-        if STEP_SIGMA * spread < change and STEP_SIGMA * float(after.std()) < change:
+        if max(least, STEP_SIGMA * spread) < change and STEP_SIGMA * float(after.std()) < change:
             if float(np.ptp(force[: at - STEP_GAP])) < 0.5 * change:
                 return at
     return 0
