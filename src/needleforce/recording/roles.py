@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import find
-from .quantities import QUANTITIES, RECOGNISED, is_of_another, plain_name, split
+from .quantities import OTHER_WORDS, QUANTITIES, RECOGNISED, plain_name, split
 from .table import Table
 
 MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
@@ -164,8 +164,8 @@ def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Voc
             (others if of_another else taken).setdefault(quantity, (reason, found))
     used = {index for _, found in taken.values() for index in found}
     for quantity in [q for q in others if q not in taken]:
-        fitting = _of_dimension(table, vocabulary.dimensions[quantity], used)
-        if len(fitting) != 1 or any(is_of_another(table.headers[index]) for index in fitting):
+        headers = [table.headers[k] for k in _of_dimension(table, vocabulary.dimensions[quantity], used)]
+        if len(headers) != 1 or OTHER_WORDS & set(plain_name(split(headers[0])[0]).split("_")):
             taken[quantity] = others[quantity]
     columns = {}
     for quantity, (reason, found) in taken.items():
