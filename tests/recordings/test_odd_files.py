@@ -2,6 +2,8 @@
 """Files as laboratories have them, by value: for each fault of public files the public case, and further ones of its
 kind made from one insertion whose depth and force are known at every time."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
@@ -427,6 +429,25 @@ def test_a_segment_is_chosen_by_a_column(tmp_path, header, labels, wanted, value
         return
     run = nf.read(path, segment=wanted, baseline=False, inwards="increasing", units={"force": "+N"})
     check(run, TIME[kept], force=FORCE[kept])
+
+
+@pytest.mark.parametrize("header, names", [("segment", "01234"), ("phase", ["rest", "in", "hold", "out", "end"])])
+@pytest.mark.parametrize("back", [(), (3,), (1, 3)])
+@pytest.mark.parametrize("repeats", [1, 2])
+def test_segments_with_clocks_of_their_own_are_one_recording(tmp_path, header, names, back, repeats):
+    """Those in ``back`` are saved from their last row on."""
+    ends = [0, *(np.flatnonzero(np.diff(SEGMENT)) + 1).tolist(), len(TIME)]
+    lines = []
+    for k, (first, stop) in enumerate(pairwise(ends)):
+        part = ROWS[first:stop] - [TIME[first], 0.0, 0.0]
+        part = part[:: -1 if k in back else 1]
+        lines += [f"{names[k]},{line}" for line in rows(part).splitlines()]
+    path = written(tmp_path, f"{header},{HEAD}" + "\n".join(lines * repeats) + "\n")
+    runs = nf.read_all(path, baseline=False)
+    assert len(runs) == repeats and sum(map(len, runs)) == repeats * len(TIME)
+    assert np.concatenate([run.force for run in runs]) == pytest.approx(np.tile(FORCE, repeats), abs=2e-5)
+    if repeats == 1:
+        check(runs[0])
 
 
 @pytest.mark.parametrize("wanted", [{"segment": "retract"}, {"segmentIndex": "1"}])
