@@ -189,10 +189,13 @@ FREE = np.where(TIME < 0.5, -1.0 + TIME, 0.0)  # the stage moves before its dept
         ("Zeit [s],Weg [mm],Kraft Betrag [N],Kanal 3 [N]", "tzaf"),
         ("time_s,depth_mm,load_mN,cell_mN", "tzAF"),
         ("time_s,insertion_depth_mm,u3_mm,rf3_N,absolute_force_N", "tczfa"),
+        ("time_s,depth_mm,rf3,absolute_force", "tzfa"),
+        ("time_s,depth_mm,absolute_force,comment,rf3,rf2", "tzaZfr"),
     ],
 )
 def test_the_signed_force_is_taken_and_said(tmp_path, headers, columns):
     data = {"t": TIME, "z": DEPTH, "f": FORCE, "a": np.abs(FORCE), "A": 1e3 * np.abs(FORCE), "F": 1e3 * FORCE}
+    data |= {"Z": 0.0 * TIME, "r": 0.1 * FORCE}
     data |= {"c": np.maximum(DEPTH - 2.0, 0.0)}
     table = np.column_stack([data[each] for each in columns])
     run = nf.read(written(tmp_path, headers + "\n" + rows(table)), baseline=False)
