@@ -138,6 +138,7 @@ def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) 
     where the recording began, or with another force.
     """
     runs = [[starts[0]]]
+    depth, force = (each if len(each) > starts[-1] else np.empty(0) for each in (depth, force))
     span, size = (float(np.ptp(each)) if len(each) else 0.0 for each in (depth, force))
     for (last, row), stop in zip(pairwise(starts), [*starts[2:], len(depth)]):
         same_force = not len(force) or abs(force[row] - force[row - 1]) <= _SAME_FORCE * size
