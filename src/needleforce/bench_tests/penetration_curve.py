@@ -13,7 +13,7 @@ from ..identification.statistics.curve_noise import CurveNoise, curve_noise
 from ..recording import Recording
 from ..recording.force_signal import outliers, quantum_of, without_outliers
 from ..segmentation import segment
-from ..segmentation.segment import MAX_ALTERNATION_SHARE
+from ..segmentation.doubtful import MAX_ALTERNATION_SHARE
 from ..segmentation.strokes import cut_samples
 from ..vocabulary import SMALLEST
 

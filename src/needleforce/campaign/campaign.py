@@ -2,7 +2,6 @@
 """``campaign``: identify every condition in a folder of recordings, with a result for every recording: repeats
 identified, their anomalies, the pooled fit of the valid ones, and the curves that are kept."""
 
-import dataclasses
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -227,9 +226,7 @@ def _comparable(one: RecordingResult) -> bool:
 
 
 def _without_condition(one: RecordingResult, reason: str) -> RecordingResult:
-    nan = float("nan")
-    anomaly = Anomaly(kind="no_condition", quantity="", value=nan, usual=nan, unit="", sentence=reason)
-    return replace(one, anomalies=(*one.anomalies, anomaly), pooled=False)
+    return replace(_with(one, Anomaly(kind="no_condition", sentence=reason)), pooled=False)
 
 
 def _with(one: RecordingResult, anomaly: Anomaly | None) -> RecordingResult:
@@ -281,7 +278,7 @@ def _checked(estimate: Estimate) -> Estimate:
     if estimate.name in _ARBITRARY_ZERO or half <= abs(estimate.value):
         return estimate
     source = f"{estimate.source}; {TOO_WIDE}" if estimate.source else TOO_WIDE
-    return dataclasses.replace(estimate, identifiable=False, source=source)
+    return replace(estimate, identifiable=False, source=source)
 
 
 def _identified(recordings: list[Recording], model: str | None, needle: Needle | None) -> Fit:
@@ -314,7 +311,7 @@ def _result(
         parameters=fit.parameters,
         quality=fit.quality,
     )
-    return result if summary is None else dataclasses.replace(result, shown=summary.shown, curve=summary.curve)
+    return result if summary is None else replace(result, shown=summary.shown, curve=summary.curve)
 
 
 def _why(results: tuple[RecordingResult, ...], pooled: Fit) -> str:

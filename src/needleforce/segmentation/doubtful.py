@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What is doubtful in an insertion: jumps of the depth, stops, a force that is cut off, a zero that drifts."""
+"""What keeps a recording from being segmented, and what is doubtful in an insertion: jumps of the depth, stops, a force
+that is cut off, a zero that drifts."""
 
 import numpy as np
 
@@ -17,6 +18,22 @@ NOTED_SHARE = 0.1  # if it is at least this share of the largest force
 MIN_CLIPPED = 5  # samples at exactly the largest force
 CLIPPED_STEPS = 8.0  # quanta or standard errors that the force rose over as many samples before
 SAME_DEPTH_SHARE = 0.05  # of the depth's range, from the start of the insertion
+MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
+MIN_ORDERED = 50  # samples of a depth whose order is judged
+
+
+def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
+    """Why (n,) time, depth and force cannot be segmented; empty if they can."""
+    if not all(np.isfinite(values).all() for values in (time, depth, force)):
+        return "The recording contains values that are not finite."
+    back = np.flatnonzero(np.diff(time) <= 0.0)
+    if len(back):
+        where = f"at {len(back)} places, first at sample {back[0] + 1}"
+        return f"The time does not increase from sample to sample: {where}. Sort the samples by time."
+    size = float(np.ptp(depth)) if len(depth) >= MIN_ORDERED else 0.0
+    if size > 0.0 and core.noise_exceeds(depth, MAX_ALTERNATION_SHARE * size):
+        return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
+    return ""
 
 
 def doubtful(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, quantum: float) -> list[str]:

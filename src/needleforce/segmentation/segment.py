@@ -15,7 +15,7 @@ from ..recording.source import RecordingSource, recording_of
 from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
-from .doubtful import doubtful
+from .doubtful import doubtful, unreadable
 from .events import Events, Span
 from .strokes import MIN_RANGE_M, cycles, insertions
 
@@ -31,8 +31,6 @@ IN_CONTACT = (
     "The recording begins in contact, or just before it: the contact is not later than given, and the zero of the "
     "force is not shown."
 )
-MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
-MIN_ORDERED = 50  # samples of a depth whose order is judged
 DEAD_SHARE = 0.98  # of the samples with one value: even a coarse sensor shows an insertion in more of them
 MIN_LEVEL, MAX_LEVEL = 5, 20  # samples of a steady level
 STEPS_TRIED = 5  # the largest changes between two samples
@@ -316,17 +314,3 @@ def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
     change = abs(core.median(force[cycle.withdrawal_start + back]) - level)
     peak = float(np.max(np.abs(force[cycle.start : cycle.stop] - level)))
     return NO_EXIT_TENSION if change <= max(5.0 * chosen.noise, MAX_BASELINE_CHANGE * peak) else NOT_AT_BASELINE
-
-
-def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
-    """Why (n,) time, depth and force cannot be segmented; empty if they can."""
-    if not all(np.isfinite(values).all() for values in (time, depth, force)):
-        return "The recording contains values that are not finite."
-    back = np.flatnonzero(np.diff(time) <= 0.0)
-    if len(back):
-        where = f"at {len(back)} places, first at sample {back[0] + 1}"
-        return f"The time does not increase from sample to sample: {where}. Sort the samples by time."
-    size = float(np.ptp(depth)) if len(depth) >= MIN_ORDERED else 0.0
-    if size > 0.0 and core.noise_exceeds(depth, MAX_ALTERNATION_SHARE * size):
-        return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
-    return ""
