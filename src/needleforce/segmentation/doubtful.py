@@ -83,7 +83,7 @@ def _dead(force: np.ndarray) -> str:
 def baseline_step(time: np.ndarray, force: np.ndarray, quantum: float, stop: int | None = None) -> str:
     """A sentence if the (n,) force steps, before the sample ``stop``, from the level where it begins to another, as
     that of a sensor that is zeroed."""
-    least = max(STEP_QUANTA * quantum, STEP_SHARE * float(np.ptp(force)))
+    min_step = max(STEP_QUANTA * quantum, STEP_SHARE * float(np.ptp(force)))
     force = force[:stop]
     size = min(MAX_LEVEL, len(force) // 4)
     if size < MIN_LEVEL:
@@ -93,7 +93,7 @@ def baseline_step(time: np.ndarray, force: np.ndarray, quantum: float, stop: int
     for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
         after = force[at + STEP_GAP :][:size]
         change = core.median(after) - level
-        if abs(change) <= max(least, STEP_SIGMA * spread, STEP_SIGMA * float(after.std())):
+        if abs(change) <= max(min_step, STEP_SIGMA * spread, STEP_SIGMA * float(after.std())):
             continue
         if float(np.ptp(force[: at - STEP_GAP])) < 0.5 * abs(change):
             return (
