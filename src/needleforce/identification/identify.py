@@ -243,7 +243,16 @@ def _layered(
         raise InputError("layers", layers, f"it must be a whole number from 1 to {MAX_LAYERS}")
     watched = progress(recordings, "segmenting") if progress else recordings
     singles = [segmented(each) for each in watched]
-    return identify_layered(singles, model, given, layers, progress)
+    return _compared(identify_layered(singles, model, given, layers, progress), recordings, singles, given)
+
+
+def _compared(fit: Fit, recordings: list, singles: list[SegmentedRecording], given: FitInputs) -> Fit:
+    """A layered fit with a sentence on what one layer leaves of the same cycles."""
+    one = identify(recordings, needle=given.needle, layers=1)
+    evidence = cycle_evidence(one, fit, singles) if one.choice else None
+    if evidence is None:
+        return fit
+    return dataclasses.replace(fit, warnings=(*fit.warnings, evidence.compared(one.choice[0].name)))
 
 
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
