@@ -2,6 +2,8 @@
 """Files as laboratories have them, by value: for each fault of public files the public case, and further ones of its
 kind made from one insertion whose depth and force are known at every time."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
@@ -30,6 +32,7 @@ TIME = np.arange(0.0, 8.0, 0.01)
 DEPTH = depth_of(TIME)
 FORCE = force_of(TIME) + 0.003 * np.random.default_rng(11).normal(size=len(TIME))
 ROWS = np.column_stack([TIME, DEPTH, FORCE])
+DEFLECTION = 0.004 * np.arange(301)
 
 
 def rows(table=ROWS, sep=",", decimal=".", places=5, end="\n"):
@@ -186,10 +189,13 @@ FREE = np.where(TIME < 0.5, -1.0 + TIME, 0.0)  # the stage moves before its dept
         ("Zeit [s],Weg [mm],Kraft Betrag [N],Kanal 3 [N]", "tzaf"),
         ("time_s,depth_mm,load_mN,cell_mN", "tzAF"),
         ("time_s,insertion_depth_mm,u3_mm,rf3_N,absolute_force_N", "tczfa"),
+        ("time_s,depth_mm,rf3,absolute_force", "tzfa"),
+        ("time_s,depth_mm,absolute_force,comment,rf3,rf2", "tzaZfr"),
     ],
 )
 def test_the_signed_force_is_taken_and_said(tmp_path, headers, columns):
     data = {"t": TIME, "z": DEPTH, "f": FORCE, "a": np.abs(FORCE), "A": 1e3 * np.abs(FORCE), "F": 1e3 * FORCE}
+    data |= {"Z": 0.0 * TIME, "r": 0.1 * FORCE}
     data |= {"c": np.maximum(DEPTH - 2.0, 0.0)}
     table = np.column_stack([data[each] for each in columns])
     run = nf.read(written(tmp_path, headers + "\n" + rows(table)), baseline=False)
@@ -428,6 +434,25 @@ def test_a_segment_is_chosen_by_a_column(tmp_path, header, labels, wanted, value
     check(run, TIME[kept], force=FORCE[kept])
 
 
+@pytest.mark.parametrize("header, names", [("segment", "01234"), ("phase", ["rest", "in", "hold", "out", "end"])])
+@pytest.mark.parametrize("back", [(), (3,), (1, 3)])
+@pytest.mark.parametrize("repeats", [1, 2])
+def test_segments_with_clocks_of_their_own_are_one_recording(tmp_path, header, names, back, repeats):
+    """Those in ``back`` are saved from their last row on."""
+    ends = [0, *(np.flatnonzero(np.diff(SEGMENT)) + 1).tolist(), len(TIME)]
+    lines = []
+    for k, (first, stop) in enumerate(pairwise(ends)):
+        part = ROWS[first:stop] - [TIME[first], 0.0, 0.0]
+        part = part[:: -1 if k in back else 1]
+        lines += [f"{names[k]},{line}" for line in rows(part).splitlines()]
+    path = written(tmp_path, f"{header},{HEAD}" + "\n".join(lines * repeats) + "\n")
+    runs = nf.read_all(path, baseline=False)
+    assert len(runs) == repeats and sum(map(len, runs)) == repeats * len(TIME)
+    assert np.concatenate([run.force for run in runs]) == pytest.approx(np.tile(FORCE, repeats), abs=2e-5)
+    if repeats == 1:
+        check(runs[0])
+
+
 @pytest.mark.parametrize("wanted", [{"segment": "retract"}, {"segmentIndex": "1"}])
 def test_a_segment_is_chosen_by_the_comment_above_it(tmp_path, wanted):
     text = segments([(0, TURN, 1), (TURN, 800, -1)], labels=("extend", "retract"))
@@ -499,6 +524,29 @@ def test_a_time_is_called_by_its_unit(tmp_path, header, per_second):
     check(nf.read(written(tmp_path, f"{header},depth_mm,force_N\n" + rows(table)), baseline=False))
 
 
+@pytest.mark.parametrize("header", ["Force (counts),Force setpoint [N]", "Force [%],Target [N]"])
+def test_a_target_is_no_force(tmp_path, header):
+    table = np.column_stack([TIME, DEPTH, FORCE, FORCE])
+    with pytest.raises(nf.InputError, match=r"unit of force is '(counts|%)'"):
+        nf.read(written(tmp_path, f"Time [s],Depth [mm],{header}\n" + rows(table)))
+
+
+@pytest.mark.parametrize(
+    "headers, columns",
+    [
+        ("Extension (%),Extension (mm),Load (N)", "pzf"),
+        ("Displacement [%],Crosshead [mm],Force [N]", "pzf"),
+        ("Extension [mm],Load [%],Load [N]", "zpf"),
+        ("Extension [mm],Load (V),Force (N)", "zpf"),
+    ],
+)
+def test_bench_tests_prefer_a_fitting_unit(tmp_path, headers, columns):
+    data = {"z": DEFLECTION, "p": 5.0 * DEFLECTION, "f": 10.0 * DEFLECTION}
+    path = written(tmp_path, headers + "\n" + rows(np.column_stack([data[each] for each in columns])))
+    curve, _ = read_stress(path, area=1e-4, gauge_length=0.02)
+    assert curve.stress == pytest.approx(1e5 * DEFLECTION) and curve.stretch == pytest.approx(1.0 + 0.05 * DEFLECTION)
+
+
 # --- why there is no contact
 
 
@@ -536,6 +584,14 @@ def test_a_negative_force_is_named(zero, stiffness):
     assert events.contact is None and "The force is negative, down to" in events.notes[0]
 
 
+def test_a_coarse_sensor_that_drifts_does_not_step(many):
+    """By a quantum and by two before the contact."""
+    for seed in range(many(5, 100)):
+        noise = 0.001 * np.random.default_rng(seed).normal(size=len(TIME))
+        force = np.round((force_of(TIME) + noise + 0.03 * np.minimum(TIME, 1.2)) / 0.02) * 0.02
+        assert not any("baseline changes" in each for each in nf.segment((TIME, 1e-3 * DEPTH, force)).notes)
+
+
 def test_noise_alone_has_no_other_cause(many):
     for seed in range(many(20, 500)):
         force = 0.01 * np.random.default_rng(seed).normal(size=len(TIME))
@@ -553,9 +609,6 @@ def test_public_case_19(recordings, name, words):
 
 
 # --- bench tests with rows that are no readings
-
-
-DEFLECTION = 0.004 * np.arange(301)
 
 
 @pytest.mark.parametrize("sep", ["\t", ";", ","])

@@ -157,7 +157,7 @@ def _longer_phrase(own: list[str], quantity: str) -> bool:
 
 _VOCABULARIES = {
     quantity: Vocabulary(
-        dimensions=dict.fromkeys(QUANTITIES, ""),
+        dimensions={name: "" if of == "ratio" else of for name, (of, _) in QUANTITIES.items()},
         recognised={
             f"{phrase}, {exact}": partial(_recognise, quantity, phrase, exact)
             for phrase in phrases

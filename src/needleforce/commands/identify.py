@@ -89,12 +89,8 @@ def _identified(done: ReadFiles, seconds: ReadFiles, **options: Any) -> "Fit":
     from ..identification.result import with_unreadable
 
     if seconds and len(seconds) != len(done):
-        raise InputError(
-            "number of --second-pass files",
-            len(seconds),
-            f"there are {len(done)} first passes",
-            next_step="Give one for each first pass, in the same order.",
-        )
+        limit, step = f"there are {len(done)} first passes", "Give one for each first pass, in the same order."
+        raise InputError("number of --second-pass files", len(seconds), limit, next_step=step)
     kept = [k for k, (_, recording) in enumerate(done) if not isinstance(recording, InputError)]
     firsts = [done[k][1] for k in kept]
     others = [None if isinstance(seconds[k][1], InputError) else seconds[k][1] for k in kept] if seconds else []

@@ -314,7 +314,7 @@ def _have_same_readings(one: Recording, other: Recording, tolerance: float) -> b
     """Whether the forces of two recordings, up to the length of the shorter from either end, differ by less than a
     tolerance [N]."""
     count = min(len(one), len(other))
-    if count < _MIN_COPIED or max(len(one), len(other)) > (1.0 + _MAX_LACKING) * count:
+    if count < _MIN_COPIED or not np.ptp(one.force) > 0.0 or max(len(one), len(other)) > (1.0 + _MAX_LACKING) * count:
         return False
     tolerance = max(tolerance, _ROUNDING * float(np.ptp(one.force)))
     pairs = (one.force[:count], other.force[:count]), (one.force[-count:], other.force[-count:])

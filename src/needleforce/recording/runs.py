@@ -72,7 +72,7 @@ def runs_of(
         yield "", table, ()
         return
     table = _turned(table, time, shown.get("depth"))
-    labelled = [(name, table.only_rows(rows)) for name, rows in _label_groups(table, quantities)]
+    labelled = [(name, table.only_rows(rows)) for name, rows in _label_groups(table, quantities, shown)]
     for label, rows in labelled or [("", table)]:
         columns = [shown.get(quantity) for quantity in ("time", "depth", "force")]
         starts = _starts(values_of(rows, columns[0]))
@@ -134,14 +134,17 @@ def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) 
 
     A run is a phase of the one before, such as the indentation after an approach, if that one went one way or rested,
     and this one begins at the depth and the force at which it ended: five times nearer to this depth than to that where
-    the recording began, unless it has only rested, and within a tenth of the range of the force. A repeat begins where
-    the recording began, or with another force.
+    the recording began, unless one of them only rests, and within a tenth of the range of the force. A repeat begins
+    where the recording began, or with another force.
     """
     runs = [[starts[0]]]
+    depth, force = (each if len(each) > starts[-1] else np.empty(0) for each in (depth, force))
     span, size = (float(np.ptp(each)) if len(each) else 0.0 for each in (depth, force))
-    for last, row in pairwise(starts):
+    for (last, row), stop in zip(pairwise(starts), [*starts[2:], len(depth)]):
         same_force = not len(force) or abs(force[row] - force[row - 1]) <= _SAME_FORCE * size
-        if len(depth) and same_force and _continues(depth, runs[-1][0], last, row, span):
+        near = _NEAR_START * span
+        rests = len(depth) and float(np.ptp(depth[row:stop])) <= near and abs(depth[row] - depth[row - 1]) <= near
+        if len(depth) and same_force and (rests or _continues(depth, runs[-1][0], last, row, span)):
             runs[-1].append(row)
         else:
             runs.append([row])
@@ -177,15 +180,17 @@ def _starts(time: np.ndarray) -> list[int]:
     return [0, *present[falls].tolist()]
 
 
-def _label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[str, np.ndarray]]:
+def _label_groups(
+    table: Table, quantities: Mapping[str, Column], shown: Mapping[str, Column]
+) -> list[tuple[str, np.ndarray]]:
     """The recordings that the labels in a table distinguish.
 
     Parameters
     ----------
     table : Table
         The table.
-    quantities : mapping
-        Quantity -> its column.
+    quantities, shown : mapping
+        As ``quantities`` of ``runs_of``, and these with further ones.
 
     Returns
     -------
@@ -212,6 +217,8 @@ def _label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[
             return []
         others = _free(table, quantities, [k for k in range(len(table.headers)) if k not in named])
         columns = {k: v for k, v in _varying(table, others).items() if _starts_again(order, v, timed)}
+        depth, force = (values_of(table, shown.get(each)) if columns else np.empty(0) for each in ("depth", "force"))
+        columns = {k: v for k, v in columns.items() if not (timed and _are_phases(v, depth, force))}
     return _grouped(table, columns)
 
 
@@ -305,6 +312,12 @@ def _starts_again(order: np.ndarray, values: np.ndarray, timed: bool) -> bool:
     if timed:
         return bool((order[at] < order[at - 1]).all())
     return bool((np.abs(order[at] - order[0]) < np.abs(order[at] - order[at - 1])).all())
+
+
+def _are_phases(values: np.ndarray, depth: np.ndarray, force: np.ndarray) -> bool:
+    """Whether a recording continues where a label changes, as from segment to segment."""
+    starts = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist()]
+    return len(depth) == len(values) and len(_joined_phases(starts, depth, force)) < len(starts)
 
 
 def _grouped(table: Table, columns: Mapping[int, np.ndarray]) -> list[tuple[str, np.ndarray]]:
