@@ -4,10 +4,11 @@
 
 import datetime
 import json
-import random
 import sqlite3
 import tempfile
+import warnings
 import zipfile
+from collections.abc import Callable
 from functools import cache
 from io import BytesIO
 from pathlib import Path
@@ -17,12 +18,7 @@ import damaged_files
 import numpy as np
 
 from needleforce.recording.log import ros_messages
-from needleforce.wire.net_ft import SensorConfiguration
 
-ENDINGS = {"csv": ".csv", "parquet": ".parquet", "mcap": ".mcap", "bag": "", "toml": ".toml", "json": ".json", "mapping": ".toml",
-           "page": ".xml", "calibration": ".cal", "table": ".csv", "forms": ".txt", "lvm": ".lvm", "excel": ".xlsx", "xlsm": ".xlsm",
-           "xls": ".xls", "npy": ".npy", "npz": ".npz", "matlab": ".mat", "matlab73": ".mat", "hdf5": ".h5", "tdms": ".tdms",
-           "records": ".jsonl", "ros1": ".bag", "jpk": ".jpk-force", "igor": ".ibw", "nanosurf": ".nid"}  # fmt: skip
 ROOT = Path(__file__).parents[1]
 ROWS = 60
 TIME = 0.01 * np.arange(ROWS)
@@ -35,8 +31,23 @@ def _joined(separator: str = "\t", *, time: bool = True) -> str:
     return "\n".join(map(separator.join, cells)) + "\n"
 
 
-@cache
-def _forms(form: int) -> bytes:
+def zipped_again(data: bytes, changed: Callable[[str, bytes], tuple[str, bytes]], *more: tuple[str, bytes]) -> bytes:
+    """An archive with another name and content for each of its members, and more of them."""
+    made = BytesIO()
+    with (
+        zipfile.ZipFile(BytesIO(data)) as old,
+        zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new,
+        warnings.catch_warnings(),
+    ):
+        warnings.simplefilter("ignore")  # a name that is there twice is meant
+        for name in old.namelist():
+            new.writestr(*changed(name, old.read(name)))
+        for name, part in more:
+            new.writestr(name, part)
+    return made.getvalue()
+
+
+def texts(form: int) -> bytes:
     """Text as instruments write it."""
     rows = _joined()
     block = "<INFO>\nDate:\t1.2.2026\n<DATA>\nTime, s\tPosition (z), mm\tFz, gf\n" + rows
@@ -62,8 +73,7 @@ def _forms(form: int) -> bytes:
     return forms[form].encode({3: "utf-16", 6: "latin-1", 8: "cp1252"}.get(form, "utf-8"))
 
 
-@cache
-def _lvm(form: int) -> bytes:
+def lvm(form: int) -> bytes:
     """A LabVIEW measurement file; ``form`` has the decimal sign, the columns of X and the segments."""
     x = ("One", "No", "Multi")[form % 3]
     head = ["LabVIEW Measurement", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab", f"Decimal_Separator\t{'.,'[form % 2]}",
@@ -77,8 +87,7 @@ def _lvm(form: int) -> bytes:
     return "\r\n".join(head + ([*part, ""]) * (1 + form // 3 * 2)).encode()
 
 
-@cache
-def _excel(form: int) -> bytes:
+def excel(form: int) -> bytes:
     import openpyxl
 
     book = openpyxl.Workbook()
@@ -96,23 +105,19 @@ def _excel(form: int) -> bytes:
     return made.getvalue()
 
 
-@cache
-def _xlsm(form: int) -> bytes:
+def xlsm(form: int) -> bytes:
     """A workbook with a project of macros, whose bytes are none that a program could run."""
-    made = BytesIO()
-    with zipfile.ZipFile(BytesIO(_excel(form))) as old, zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new:
-        for name in old.namelist():
-            part = old.read(name)
-            if name == "[Content_Types].xml":
-                kind = b"application/vnd.ms-excel.sheet.macroEnabled.main+xml"
-                part = part.replace(b"application/vnd.openxmlformats-officedocument.spreadsheetml.sheet.main+xml", kind)
-            new.writestr(name, part)
-        new.writestr("xl/vbaProject.bin", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(504) + b"Attribute VB_Name" * 20)
-    return made.getvalue()
+    plain = b"application/vnd.openxmlformats-officedocument.spreadsheetml.sheet.main+xml"
+    macros = b"application/vnd.ms-excel.sheet.macroEnabled.main+xml"
+    project = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(504) + b"Attribute VB_Name" * 20
+    return zipped_again(
+        excel(form),
+        lambda name, part: (name, part.replace(plain, macros) if name == "[Content_Types].xml" else part),
+        ("xl/vbaProject.bin", project),
+    )
 
 
-@cache
-def _xls(form: int) -> bytes:
+def xls(form: int) -> bytes:
     import xlwt
 
     book = xlwt.Workbook()
@@ -131,8 +136,7 @@ def _xls(form: int) -> bytes:
     return made.getvalue()
 
 
-@cache
-def _npy(form: int) -> bytes:
+def npy(form: int) -> bytes:
     made = BytesIO()
     matrix = np.stack([TIME, DEPTH, FORCE], axis=1)
     fields = [("t", "<f8"), ("F", ">f4"), ("more", [("x", "<i2"), ("y", "<f8", (3,))])]
@@ -142,8 +146,7 @@ def _npy(form: int) -> bytes:
     return made.getvalue()
 
 
-@cache
-def _npz(form: int) -> bytes:
+def npz(form: int) -> bytes:
     made = BytesIO()
     save = np.savez_compressed if form % 2 else np.savez
     more = {"objects": np.array([None] * ROWS)} if form > 3 else {"matrix": np.zeros((ROWS, 3)), "single": 3.0}
@@ -151,8 +154,7 @@ def _npz(form: int) -> bytes:
     return made.getvalue()
 
 
-@cache
-def _matlab(form: int) -> bytes:
+def matlab(form: int) -> bytes:
     from scipy.io import savemat
 
     runs = np.array([(TIME, FORCE), (TIME[:9], FORCE[:9])], dtype=[("t", object), ("F", object)])
@@ -175,8 +177,7 @@ def h5_bytes(fill, **options) -> bytes:
         return path.read_bytes()
 
 
-@cache
-def _hdf5(form: int) -> bytes:
+def hdf5(form: int) -> bytes:
     def fill(file):
         group = file.create_group("run")
         filters = [{}, {"compression": "gzip", "shuffle": True}, {"compression": "lzf"}, {"fletcher32": True, "chunks": (7,)},
@@ -192,8 +193,7 @@ def _hdf5(form: int) -> bytes:
     return h5_bytes(fill, libver=("earliest", "latest")[form % 2])
 
 
-@cache
-def _matlab73(form: int) -> bytes:
+def matlab73(form: int) -> bytes:
     import h5py
 
     def stored(group, name, values, kind="double"):
@@ -218,8 +218,7 @@ def _matlab73(form: int) -> bytes:
     return b"MATLAB 7.3 MAT-file".ljust(512, b" ") + h5_bytes(fill, userblock_size=512)[512:]
 
 
-@cache
-def _tdms(form: int) -> bytes:
+def tdms(form: int) -> bytes:
     from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
     made = BytesIO()
@@ -238,8 +237,7 @@ def _tdms(form: int) -> bytes:
     return made.getvalue()
 
 
-@cache
-def _records(form: int) -> bytes:
+def records(form: int) -> bytes:
     rows = [
         {"t": t, "q": [d, 0.0], "w": {"fz": f, "name": "a"}}
         for t, d, f in zip(*map(np.ndarray.tolist, (TIME, DEPTH, FORCE)))
@@ -254,8 +252,7 @@ def _records(form: int) -> bytes:
     return texts[form].encode()
 
 
-@cache
-def _ros1(form: int) -> bytes:
+def ros1(form: int) -> bytes:
     from rosbags.rosbag1 import Writer
     from rosbags.typesys import Stores, get_typestore
 
@@ -281,8 +278,17 @@ def _ros1(form: int) -> bytes:
         return (Path(folder) / "x.bag").read_bytes()
 
 
-@cache
-def _igor(form: int) -> bytes:
+def jpk(form: int) -> bytes:
+    """A force curve, of a force or without its scale."""
+    return curve_files.jpk(force=form > 0)
+
+
+def nanosurf(form: int) -> bytes:
+    """Force curves of one, two or three groups."""
+    return curve_files.nanosurf(1 + form % 3)
+
+
+def igor(form: int) -> bytes:
     columns = np.stack([1e-6 * DEPTH, 1e-9 * FORCE, 1e-6 * DEPTH], axis=1)
     labels, note = ("Raw", "Defl", "ZSnsr"), "SpringConstant:0.05\rNumPtsPerSec:100\r"
     waves = [
@@ -294,32 +300,6 @@ def _igor(form: int) -> bytes:
     return curve_files.igor_wave(*waves[form % len(waves)])
 
 
-# format -> what makes a valid content, of a form, and the number of forms
-FORMS = {
-    "forms": (_forms, 14),
-    "lvm": (_lvm, 6),
-    "excel": (_excel, 6),
-    "xlsm": (_xlsm, 3),
-    "xls": (_xls, 6),
-    "npy": (_npy, 6),
-    "npz": (_npz, 6),
-    "matlab": (_matlab, 6),
-    "matlab73": (_matlab73, 6),
-    "hdf5": (_hdf5, 6),
-    "tdms": (_tdms, 6),
-    "records": (_records, 6),
-    "ros1": (_ros1, 6),
-    "jpk": (cache(lambda form: curve_files.jpk(force=form > 0)), 6),
-    "igor": (_igor, 6),
-    "nanosurf": (cache(lambda form: curve_files.nanosurf(1 + form % 3)), 6),
-}
-
-
-def form_of(kind: str, form: int) -> bytes:
-    """A valid content of one of the ``FORMS``."""
-    return FORMS[kind][0](form)
-
-
 def csv_text() -> str:
     """A valid recording in text."""
     depth = np.linspace(-5.0, 20.0, ROWS)
@@ -328,21 +308,25 @@ def csv_text() -> str:
 
 
 @cache
-def parquet_bytes(codec: str = "zstd", version: str = "1.0", dictionary: bool = False) -> bytes:
+def parquet(codec: str = "zstd", version: str = "1.0", dictionary: bool = False) -> bytes:
+    columns = {"time_s": TIME, "depth_m": DEPTH, "force_N": FORCE}
+    options = {"use_dictionary": dictionary, "data_page_version": version, "row_group_size": 25}
+    return parquet_of(columns, compression=codec, **options)
+
+
+def parquet_of(columns: dict[str, np.ndarray], **options) -> bytes:
     import pyarrow
     import pyarrow.parquet
 
-    depth = np.linspace(-5e-3, 20e-3, ROWS)
-    columns = {"time_s": 0.01 * np.arange(ROWS), "depth_m": depth, "force_N": 40.0 * depth.clip(0.0)}
     made = BytesIO()
-    options = {"use_dictionary": dictionary, "data_page_version": version, "row_group_size": 25}
-    pyarrow.parquet.write_table(pyarrow.table(columns), made, compression=codec, **options)
+    pyarrow.parquet.write_table(pyarrow.table(columns), made, **options)
     return made.getvalue()
 
 
-@cache
-def mcap_bytes(form: int, folder: Path) -> bytes:
-    return damaged_files.valid(folder / "valid.mcap", *damaged_files.FORMS[form], count=80)
+def mcap(form: int) -> bytes:
+    """A live file."""
+    with tempfile.TemporaryDirectory() as folder:
+        return damaged_files.valid(Path(folder) / "valid.mcap", *damaged_files.FORMS[form], count=80)
 
 
 @cache
@@ -443,43 +427,3 @@ def fit() -> str:
     return json.dumps(
         {"recordings": recordings, "parameters": [], "model": "paper", "preset": preset, "settings": {}, "warnings": []}
     )
-
-
-def valid(kind: str, folder: Path) -> Path:
-    """A valid file of a format."""
-    path = folder / f"valid{ENDINGS[kind]}"
-    if kind == "bag":
-        return bag(folder, "sqlite3", database())
-    path.write_bytes(_content(kind, folder, random.Random(0), path)[1])
-    return path
-
-
-def _content(kind: str, folder: Path, chance: random.Random, path: Path) -> tuple[Path, bytes]:
-    """The path, which may have another ending, and a valid content."""
-    page = SensorConfiguration(1e6, 1e6, 1000.0, "FT1", (1.0,) * 6)
-    match kind:
-        case "csv":
-            return path, csv_text().encode()
-        case _ if kind in FORMS:
-            return path, form_of(kind, chance.randrange(FORMS[kind][1]))
-        case "parquet":
-            form = (
-                chance.choice(["zstd", "snappy", "gzip", "none", "lz4", "brotli"]),
-                chance.choice(["1.0", "2.0"]),
-                chance.random() < 0.5,
-            )
-            return path, parquet_bytes(*form)
-        case "mcap":
-            return path, mcap_bytes(chance.randrange(4), folder.parent)
-        case "toml":
-            return path, chance.choice(definitions()).encode()
-        case "json":
-            return path, fit().encode()
-        case "mapping":
-            return path, chance.choice(mappings()).encode()
-        case "page":
-            return path, page.xml()
-        case "calibration":
-            ending = chance.choice(list(CALIBRATION))
-            return path.with_suffix(ending), CALIBRATION[ending].encode()
-    return path, chance.choice(TABLES).encode()

@@ -124,33 +124,30 @@ def _calibration(path: Path) -> None:
     read_calibration(path)
 
 
-def _definition(path: Path) -> None:
-    """A file of parameters as each of what it may be: most of them refuse it."""
-    from needleforce.preset_files.build import read_needle, read_tissue
-    from needleforce.protocol.reading import read_protocol
-
+def _any_of(path: Path, *readers: Callable) -> None:
+    """A file as each of what it may be: most readers refuse it, and it is refused if all do."""
     refusals = []
-    for read in (nf.preset, read_needle, read_tissue, read_protocol):
+    for read in readers:
         try:
             read(path)
         except nf.InputError as error:
             refusals.append(error)
-    if len(refusals) == 4:
+    if len(refusals) == len(readers):
         raise refusals[0]
+
+
+def _definition(path: Path) -> None:
+    from needleforce.preset_files.build import read_needle, read_tissue
+    from needleforce.protocol.reading import read_protocol
+
+    _any_of(path, nf.preset, read_needle, read_tissue, read_protocol)
 
 
 def _table(path: Path) -> None:
     from needleforce.bench_tests import tissue_estimate
     from needleforce.campaign.labels import read_mapping
 
-    refusals = []
-    for read in (read_mapping, tissue_estimate):
-        try:
-            read(path)
-        except nf.InputError as error:
-            refusals.append(error)
-    if len(refusals) == 2:
-        raise refusals[0]
+    _any_of(path, read_mapping, tissue_estimate)
 
 
 # format -> its reader, the largest file in bytes, what is read
@@ -211,7 +208,7 @@ def hostile(kind: str, folder: Path, seed: int) -> Path:
     chance = random.Random(f"{kind} {seed}")
     which = chance.random()
     if which < SPECIAL_SHARE:
-        return special(folder / f"x{content.ENDINGS[kind]}", chance)
+        return special(folder / f"x{changes.ending_of(kind)}", chance)
     if which < SPECIAL_SHARE + BOMB_SHARE:
         return changes.bomb(kind, folder, chance)
     return changes.changed(kind, folder, chance)
@@ -222,7 +219,7 @@ def child() -> int:
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
         for number, (kind, (read, *_)) in enumerate(FORMATS.items()):  # what is loaded late counts for nobody
-            _outcome(read, content.valid(kind, _made(folder, f"valid{number}")))
+            _outcome(read, changes.valid(kind, _made(folder, f"valid{number}")))
         _limit_memory()
         print("ready", flush=True)
         for number, line in enumerate(sys.stdin):

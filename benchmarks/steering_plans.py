@@ -17,7 +17,7 @@ from rich.table import Table
 import needleforce as nf
 from needleforce.rig import SteeringPhantom, steering_insertion, write_steering
 from needleforce.steering import BaseMotion, SteeringLimits, TipPath, plan
-from needleforce.steering.planning import TOLERANCE
+from needleforce.steering.plan_problem import TOLERANCE
 
 LIMITS = SteeringLimits(max_lateral=6e-3, max_lateral_step=3e-3, max_moment=0.05)  # as in published experiments, 6 mm
 TRAINING = 6  # insertions: half of them not steered

@@ -82,20 +82,8 @@ def _part(value: object) -> str:
 
 
 def install_step(package: str, extra: str = "") -> str:
-    """What to type to install a missing package for the Python that runs, as a sentence.
-
-    Parameters
-    ----------
-    package : str
-        The package.
-    extra : str
-        The extra of needleforce that has it, which pip knows where needleforce itself is installed.
-
-    Returns
-    -------
-    str
-        A next step of an ``InputError``.
-    """
+    """What to type to install a missing package for the Python that runs, as a next step of an ``InputError``.
+    ``extra`` is the one of needleforce that has it, which pip knows where needleforce itself is installed."""
     import shlex
     from importlib.metadata import PackageNotFoundError, version
 

@@ -45,28 +45,11 @@ _NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
 def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = MAX_RECORDING_BYTES) -> BinaryIO:
-    """Open a file for reading.
+    """Open a regular file of a largest size for reading; ``what`` names its kind in messages, such as ``"preset"``.
+    Raises InputError if it is none, too large, or not readable.
 
     Pipes and devices are refused before they are opened, because opening one can wait or act; what takes the name
     between the check and the opening is refused before it is read.
-
-    Parameters
-    ----------
-    path : str or os.PathLike
-        The file.
-    what : str
-        The name of its kind in messages, such as ``"preset"``.
-    max_bytes : int
-        The largest size.
-
-    Returns
-    -------
-    binary file
-
-    Raises
-    ------
-    InputError
-        Not a regular file, too large, or not readable.
     """
     try:
         _check_regular(os.stat(path), path, what, max_bytes)

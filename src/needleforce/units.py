@@ -37,10 +37,10 @@ _MIN_STEP, _MAX_STEP = 1e-30, 1e30  # of one count in its unit
 # other spellings, as normalised by _plain(); a mass stands for its weight, as balances and texture analysers print it
 _SPELLINGS = {
     "time": {"sec": "s", "secs": "s", "second": "s", "seconds": "s", "sek": "s", "sekunden": "s", "seconde": "s",
-             "secondes": "s", "secondi": "s", "segundos": "s", "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
-             "millisekunden": "ms", "usec": "us", "microsecond": "us", "microseconds": "us", "nsec": "ns",
-             "nanoseconds": "ns", "minute": "min", "minutes": "min", "minuten": "min", "hr": "h", "hour": "h",
-             "hours": "h"},
+             "secondes": "s", "secondi": "s", "segundos": "s", "msec": "ms", "millis": "ms", "millisecond": "ms",
+             "milliseconds": "ms", "millisekunden": "ms", "usec": "us", "micros": "us", "microsecond": "us",
+             "microseconds": "us", "nsec": "ns", "nanoseconds": "ns", "minute": "min", "minutes": "min",
+             "minuten": "min", "hr": "h", "hour": "h", "hours": "h"},
     "length": {"meter": "m", "meters": "m", "metre": "m", "metres": "m", "millimeter": "mm", "millimeters": "mm",
                "millimetre": "mm", "millimetres": "mm", "micron": "um", "microns": "um", "micrometer": "um",
                "micrometers": "um", "micrometre": "um", "micrometres": "um", "mikrometer": "um",

@@ -18,7 +18,7 @@ from needleforce.acquisition import run_writer
 from needleforce.acquisition.motion_sequence import EndReason
 from needleforce.acquisition.settings import Settings
 from needleforce.acquisition.sources.gauge_calibration import read_calibration
-from needleforce.acquisition.sources.sequence import LATE_WINDOW
+from needleforce.acquisition.sources.reading_checks import LATE_WINDOW
 from needleforce.acquisition.sources.standard_input import StandardInput
 from needleforce.cli import app
 from needleforce.commands import record, rig

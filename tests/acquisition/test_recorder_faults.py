@@ -39,6 +39,21 @@ def test_a_recorder_that_cannot_write_stops_the_axis(recorded):
     assert axis.depth < 0.005 * 2.5 and log.complete
 
 
+def test_the_first_reason_is_the_one_that_is_reported(recorded):
+    """Nothing is written for seconds; the axis, stopped for that, then reports a speed that it has not."""
+
+    def view(now):
+        if now.depth and now.depth > 0.0 and "stop" not in axis.received:
+            time.sleep(2.5)
+
+    def lie_once_stopped(state):
+        return state._replace(velocity=1.0) if "stop" in axis.received else state
+
+    with FakeSensor() as sensor, FakeAxis(state=lie_once_stopped) as axis:
+        outcome, _ = recorded(sensor, axis, [(0.055, 0.005)], view=view)
+    assert outcome.ended == "file not written" and "nothing could be written" in outcome.detail, outcome.detail
+
+
 def test_a_program_that_did_not_run_stops_the_axis_and_reports_it(tmp_path, page, simulated_time):  # noqa: F811
     path, stopped = tmp_path / "run.mcap", []
 

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from needleforce.acquisition.sources.sequence import LATE_WINDOW, Kind, SequenceCheck, Unwrapped
+from needleforce.acquisition.sources.reading_checks import LATE_WINDOW, Kind, SequenceCheck, Unwrapped
 
 MS = 1_000_000
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import command_line
+import numpy as np
 import pytest
 from command_line import HANGS_S
 
@@ -89,10 +90,15 @@ def test_no_command_opens_a_pipe_or_a_device(place, option, kind):
 
 
 def copied(root, path: bytes) -> None:
-    """The example under another name, with a card of its own: the same bytes twice are refused."""
-    text = (root / "examples" / "insertion.csv").read_bytes()
-    with open(path, "wb") as file:
-        file.write(b"# note: name 1 " + path.hex().encode() + b"\n" + text)
+    """The example under another name, with noise of its own: the same readings twice are refused."""
+    lines = (root / "examples" / "insertion.csv").read_text().splitlines()
+    head = next(k for k, line in enumerate(lines) if not line.startswith("#"))
+    random, force = np.random.default_rng(list(path)), lines[head].split(",").index("force_N")
+    rows = [line.split(",") for line in lines[head + 1 :]]
+    for cells in rows:
+        cells[force] = f"{float(cells[force]) + 2e-3 * random.normal():.6f}"
+    with open(path, "w") as file:
+        file.write("\n".join([*lines[: head + 1], *(",".join(cells) for cells in rows)]) + "\n")
 
 
 def test_a_file_whose_name_is_not_utf_8_is_a_recording_like_others(tmp_path, root):

@@ -11,8 +11,7 @@ from test_elements import VALUES, reference
 
 import needleforce as nf
 from needleforce import fe
-from needleforce.fe.moving.bounded_forces import bounded_forces
-from needleforce.fe.moving.dynamic_insertion import DynamicInsertion, stroke
+from needleforce.fe.moving.dynamic_insertion import DynamicInsertion, bounded_forces, stroke
 from needleforce.fe.moving.dynamics import DynamicSystem, Rayleigh
 from needleforce.fe.moving.tissue_dynamics import ReducedTissue, TissueDynamics
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
-from needleforce.demonstration import demonstrate
+from needleforce.commands.demo import demonstrate
 
 PAPERS = ["needle_young_modulus", "tissue_young_modulus", "puncture_force", "puncture_indentation",
           "friction_per_length", "cutting_force"]  # fmt: skip

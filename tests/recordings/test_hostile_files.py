@@ -311,7 +311,7 @@ def test_a_bag_without_index_is_refused_with_what_makes_one(hostile, tmp_path):
         nf.read(bag)
     with pytest.raises(nf.InputError, match=r"a database.*name the bag's folder; .*ros2 bag reindex"):
         nf.read(bag / "bag.db3")
-    data = content.mcap_bytes(0, tmp_path)
+    data = content.mcap(0)
     bag = content.bag(tmp_path / "b", "mcap", data)
     whole = nf.read(bag)
     (bag / "metadata.yaml").unlink()

@@ -107,7 +107,7 @@ def test_a_look_and_all_recordings_without_memory(tmp_path, monkeypatch):
         raise MemoryError
 
     (tmp_path / "x.csv").write_text("time_s,depth_mm,force_N\n0,0,0\n1,1,1\n")
-    monkeypatch.setattr(reader, "recordings_in", full)
+    monkeypatch.setattr(reader, "tables_of", full)
     for read in (nf.read, nf.read_all):
         with pytest.raises(nf.InputError, match=r"memory is not enough.*split the file"):
             read(tmp_path / "x.csv")

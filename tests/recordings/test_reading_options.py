@@ -27,6 +27,7 @@ GIVEN = {
     "motion_part": ("--motion-part", "Axis", "Axis"), "rate": ("--rate-hz", "250", 250.0),
     "speed": ("--speed-mm-s", "2", 2e-3), "step": ("--step-um", "64", 64e-6), "stroke": ("--stroke-mm", "15", 15e-3),
     "hold": ("--hold-s", "3", 3.0), "motion_shift": ("--motion-shift-s", "1.35", 1.35),
+    "segment": ("--segment", "step=2", {"step": "2"}),
     "first_row": ("--first-row", "5", 5), "filter_length": ("--filter-length", "4", 4),
     "mapping": ("--as", "rig", "rig"), "motion": ("--motion", "axis.csv", "axis.csv"),
     "start_depth": ("--start-depth-mm", "-2.5", -2.5e-3),

@@ -13,7 +13,7 @@ from ..wire.axis_lines import AxisState
 from ..wire.net_ft import is_fault, status_words
 from .motion_sequence import EndReason, RunEnded
 from .settings import RestBias
-from .sources.sequence import Kind, SequenceCheck
+from .sources.reading_checks import Kind, SequenceCheck
 from .sources.source import ForceSample, ForceSource
 
 SOURCE_COUNTS = ("foreign", "wrong_size", "stale", "restart", "dropped")

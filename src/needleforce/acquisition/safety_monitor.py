@@ -14,10 +14,10 @@ from ..errors import InputError
 from ..wire.axis_lines import MAX_SILENCE_S, AxisState
 from ..wire.net_ft import SATURATED, is_fault, status_words
 from .axis_check import AxisCheck, StopReport
-from .force_check import Lateness, frozen_checks
 from .motion_sequence import EndReason
 from .settings import Settings
 from .sources.arrival_time import host_time_ns
+from .sources.reading_checks import Lateness, frozen_checks
 from .sources.source import ForceSample, ForceSource, MotionAxis
 
 _RECEIVE_TIMEOUT_S = 0.02

@@ -12,10 +12,11 @@ from ..core import Needle
 from ..display.quantities import percent
 from ..errors import InputError
 from ..identification.estimates import Estimate
+from ..segmentation.strokes import deepest_sample
 from .bending import needle_modulus
 from .law_fit import StressCurve
 from .stress_fit import MAX_MISFIT, fit_stress
-from .tables import QUANTITIES, BenchTable, check_names, column_of, in_si, missing, read_table
+from .tables import QUANTITIES, BenchTable, check_names, column_of, missing, read_table, readings
 
 STRETCHES, STRESSES = ("stretch", "true_strain", "strain", "length", "displacement"), ("stress", "true_stress", "force")
 STROKE_BLOCKS = 50  # means of so many readings show whether the test is one stroke
@@ -69,13 +70,13 @@ def read_stress(
     columns, units = dict(columns or {}), dict(units or {})
     check_names(columns, units, (*STRETCHES, *STRESSES))
     table = read_table(path)
-    assumed = [*table.notes, *([MODE_ASSUMED] if mode is None else [])]
+    assumed = [MODE_ASSUMED] if mode is None else []
     if not table.has_header and not columns and len(table.headers) == 2:
         columns = _recognised_order(table)
         assumed.append(f"column {columns['stretch']} is the stretch and the other the stress, by their signs")
     along, stretch_column = _first_of(table, STRETCHES, columns)
     across, stress_column = _first_of(table, STRESSES, columns)
-    strain, load = in_si(table, along, stretch_column, units), in_si(table, across, stress_column, units)
+    strain, load = readings(table, {along: stretch_column, across: stress_column}, units).values()
     named = any("compress" in table.headers[column].casefold() for column in (stretch_column, stress_column))
     if named and load.sum() > 0.0:
         load = -load
@@ -83,7 +84,7 @@ def read_stress(
         assumed.append("strain and stress are of compression, as a header names it, and are taken as negative")
     stretch = _as_stretch(along, strain, gauge_length)
     stress = _as_stress(across, load, stretch, area)
-    used = _before_rupture(_one_stroke(stretch), stress)
+    used = _before_rupture(_one_stroke(stretch, stress), stress)
     if len(used) < len(stretch):
         assumed.append(f"the test ends at its largest strain, or where the stress falls: {len(used)} of {len(stretch)} "
                        "readings")  # fmt: skip
@@ -92,7 +93,7 @@ def read_stress(
     if along in ("strain", "true_strain") and not table.units[stretch_column] and along not in units:
         assumed.append(f"the {along.replace('_', ' ')} is a ratio, not in per cent")
     curve = StressCurve(stretch[used], stress[used], mode=mode or UNIAXIAL, name=table.file)
-    return curve, tuple(assumed)
+    return curve, (*table.notes, *assumed)
 
 
 def _first_of(table: BenchTable, quantities: tuple[str, ...], columns: Mapping[str, str]) -> tuple[str, int]:
@@ -137,13 +138,13 @@ def _as_stress(quantity: str, values: np.ndarray, stretch: np.ndarray, area: flo
     return values / stretch if quantity == "true_stress" else values
 
 
-def _one_stroke(stretch: np.ndarray) -> np.ndarray:
+def _one_stroke(stretch: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """The readings of a test without reversal, or those up to the largest strain."""
     blocks = np.array([block.mean() for block in np.array_split(stretch, min(STROKE_BLOCKS, len(stretch)))])
     travel, span = float(np.abs(np.diff(blocks)).sum()), float(np.ptp(blocks))
     if travel <= (1.0 + 2.0 * STROKE_MARGIN) * span or len(stretch) < STROKE_BLOCKS:
         return np.arange(len(stretch))
-    return np.arange(int(np.argmax(np.abs(stretch - 1.0))) + 1)
+    return np.arange(deepest_sample(np.abs(stretch - 1.0), stress) + 1)
 
 
 def _before_rupture(used: np.ndarray, stress: np.ndarray) -> np.ndarray:
@@ -185,16 +186,17 @@ def read_bending(
     columns, units = dict(columns or {}), dict(units or {})
     wanted = ("force", "deflection") if three_point else ("position", "force", "tip_deflection")
     check_names(columns, units, wanted)
-    table, found = read_table(path), {}
+    table, chosen = read_table(path), {}
     for quantity in wanted:
         column = column_of(table, quantity, columns)
         if column is None:
             dimension = QUANTITIES[quantity][0]
             raise missing(table, quantity, f"_{'mm' if dimension == 'length' else 'N'}")
-        found[quantity] = in_si(table, quantity, column, units)
+        chosen[quantity] = column
+    found = readings(table, chosen, units)
     notes = list(table.notes)
     if three_point:
-        last = int(np.argmax(np.abs(found["deflection"]))) + 1
+        last = deepest_sample(np.abs(found["deflection"]), found["force"]) + 1
         if last < len(found["force"]):
             notes.append(f"the test is the part up to the largest deflection, {last} of {len(found['force'])} readings")
         found = {quantity: values[:last] for quantity, values in found.items()}

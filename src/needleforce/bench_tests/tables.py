@@ -15,6 +15,7 @@ from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
 from ..recording.quantities import split
 from ..recording.roles import Vocabulary, assign_columns
+from ..recording.samples import MAX_MISSING_SHARE
 from ..recording.table import Table
 from ..units import find
 
@@ -54,7 +55,7 @@ class BenchTable:
     notes: list[str] = field(default_factory=list)
 
     def values(self, index: int) -> np.ndarray:
-        """Column ``index`` as (n,); InputError for a cell that is not a finite number, with its place."""
+        """Column ``index`` as (n,), NaN where a cell is empty; InputError for one that is no number, with its place."""
         header = self.headers[index]
         try:
             values = self.table.numbers(index)
@@ -63,7 +64,7 @@ class BenchTable:
         except InputError as error:
             raise InputError(f"column {header}", error.value, error.limit, error.place, error.next_step) from None
         values = values[: self.rows]
-        valid = np.abs(values) <= MAX_MAGNITUDE
+        valid = (np.abs(values) <= MAX_MAGNITUDE) | np.isnan(values)
         if not valid.all():
             row = int(np.argmin(valid))
             limit, step = f"it must be finite and at most {MAX_MAGNITUDE:g}", "Correct or remove this row."
@@ -156,7 +157,7 @@ def _longer_phrase(own: list[str], quantity: str) -> bool:
 
 _VOCABULARIES = {
     quantity: Vocabulary(
-        dimensions=dict.fromkeys(QUANTITIES, ""),
+        dimensions={name: "" if of == "ratio" else of for name, (of, _) in QUANTITIES.items()},
         recognised={
             f"{phrase}, {exact}": partial(_recognise, quantity, phrase, exact)
             for phrase in phrases
@@ -179,6 +180,23 @@ def in_si(table: BenchTable, quantity: str, index: int, units: Mapping[str, str]
         step += f"--unit {quantity}={example}."
         raise InputError(problem, "unknown" if text else "missing", place=table.file, next_step=step)
     return table.values(index) * factor
+
+
+def readings(table: BenchTable, columns: Mapping[str, int], units: Mapping[str, str]) -> dict[str, np.ndarray]:
+    """Columns in SI without the rows in which one has no value, with a note if these are at most 1 %, as in a
+    recording. Raises InputError for more."""
+    found = {quantity: in_si(table, quantity, index, units) for quantity, index in columns.items()}
+    complete = ~np.any([np.isnan(values) for values in found.values()], axis=0)
+    lost, row = int(np.count_nonzero(~complete)), int(np.argmin(complete))
+    if not lost:
+        return found
+    of_all, first = f"{lost} of {len(complete)} rows", table.table.place(row)
+    if lost > MAX_MISSING_SHARE * len(complete):
+        header = next(table.headers[columns[q]] for q, values in found.items() if np.isnan(values[row]))
+        limit = f"it must be finite and at most {MAX_MAGNITUDE:g}; {of_all} have no value, and at most 1 % may"
+        raise InputError(f"column {header}", "nan", limit, first, "Correct or remove this row.")
+    table.notes.append(f"{of_all} have a missing value and are left out; the first is {first}")
+    return {quantity: values[complete] for quantity, values in found.items()}
 
 
 def _factor(text: str, dimension: str) -> float | None:

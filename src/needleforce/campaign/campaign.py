@@ -2,7 +2,6 @@
 """``campaign``: identify every condition in a folder of recordings, with a result for every recording: repeats
 identified, their anomalies, the pooled fit of the valid ones, and the curves that are kept."""
 
-import dataclasses
 import os
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -24,7 +23,7 @@ from .checks import check_repeats, moving_repeats, outliers, wrong_labels
 from .folder_files import File, find_files, other_files
 from .labels import REPEATS, Label, grouped, inferred, label_files
 from .recording_result import INVALIDATING, Anomaly, RecordingResult, RecordingSummary, Trace, event_quantities, trace
-from .repeat_checks import copies
+from .repeat_checks import copy_anomalies
 from .result import Campaign, Condition
 
 Progress = Callable[[Any, str], Any]
@@ -227,9 +226,7 @@ def _comparable(one: RecordingResult) -> bool:
 
 
 def _without_condition(one: RecordingResult, reason: str) -> RecordingResult:
-    nan = float("nan")
-    anomaly = Anomaly(kind="no_condition", quantity="", value=nan, usual=nan, unit="", sentence=reason)
-    return replace(one, anomalies=(*one.anomalies, anomaly), pooled=False)
+    return replace(_with(one, Anomaly(kind="no_condition", sentence=reason)), pooled=False)
 
 
 def _with(one: RecordingResult, anomaly: Anomaly | None) -> RecordingResult:
@@ -241,7 +238,7 @@ def condition(
 ) -> Condition:
     """Identify the condition of these repeats. No content of a recording raises an error; faults are in the result."""
     readable = [each for each in files if each.recording is not None]
-    duplicates = copies([(each.name, each.recording) for each in readable])
+    duplicates = copy_anomalies([(each.name, each.recording) for each in readable])
     first = _identified([each.recording for each in readable if each.name not in duplicates], model, needle)
     fits = iter(first.recordings)
     fitted = {each.name: next(fits) for each in readable if each.name not in duplicates}
@@ -281,7 +278,7 @@ def _checked(estimate: Estimate) -> Estimate:
     if estimate.name in _ARBITRARY_ZERO or half <= abs(estimate.value):
         return estimate
     source = f"{estimate.source}; {TOO_WIDE}" if estimate.source else TOO_WIDE
-    return dataclasses.replace(estimate, identifiable=False, source=source)
+    return replace(estimate, identifiable=False, source=source)
 
 
 def _identified(recordings: list[Recording], model: str | None, needle: Needle | None) -> Fit:
@@ -314,7 +311,7 @@ def _result(
         parameters=fit.parameters,
         quality=fit.quality,
     )
-    return result if summary is None else dataclasses.replace(result, shown=summary.shown, curve=summary.curve)
+    return result if summary is None else replace(result, shown=summary.shown, curve=summary.curve)
 
 
 def _why(results: tuple[RecordingResult, ...], pooled: Fit) -> str:

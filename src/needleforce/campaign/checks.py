@@ -63,13 +63,7 @@ def _sign(recording: Recording, summary: RecordingSummary) -> Iterator[Anomaly]:
         sentence += "" if noted else f" and {formatted(summary.pull, 'N')} during withdrawal"
         sentence += ", but a positive force opposes insertion. Give --unit force=-N."
         yield Anomaly(
-            kind="sign",
-            quantity="peak_force",
-            value=summary.push,
-            usual=float("nan"),
-            unit="N",
-            sentence=sentence,
-            left_out=True,
+            kind="sign", quantity="peak_force", value=summary.push, unit="N", sentence=sentence, left_out=True
         )
 
 
@@ -85,13 +79,7 @@ def _saturated(events: Events, summary: RecordingSummary) -> Iterator[Anomaly]:
     sentence += ", up to the puncture" if before else ", beyond the puncture"
     sentence += ". Record again with a larger range of the sensor."
     yield Anomaly(
-        kind="saturated",
-        quantity="peak_force",
-        value=summary.peak,
-        usual=float("nan"),
-        unit="N",
-        sentence=sentence,
-        left_out=before,
+        kind="saturated", quantity="peak_force", value=summary.peak, unit="N", sentence=sentence, left_out=before
     )
 
 

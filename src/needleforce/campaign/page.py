@@ -39,9 +39,10 @@ AXIS_MARGIN = 0.04  # of the range, above and below the curves
 
 def campaign_page(campaign: Campaign) -> Page:
     """The report."""
+    recordings = counted(len(campaign.recordings), "recording")
     numbers = {one.file: k for k, one in enumerate(campaign.recordings, 1)}
     return Page(
-        title=_title(campaign),
+        title=f"Needle force: {recordings} under {counted(len(campaign.conditions), 'condition')}",
         kind="campaign",
         outcome=_outcome(campaign),
         sections=_sections(campaign, numbers),
@@ -60,12 +61,6 @@ def _sections(campaign: Campaign, numbers: dict[str, int]) -> list[Section | Non
         section(SECTIONS["recordings"], recording_table(campaign, numbers), name="recordings"),
         section(SECTIONS["notes"], listing(campaign.all_notes), name="notes"),
     ]
-
-
-def _title(campaign: Campaign) -> str:
-    """The numbers of recordings and conditions."""
-    conditions = counted(len(campaign.conditions), "condition")
-    return f"Needle force: {counted(len(campaign.recordings), 'recording')} under {conditions}"
 
 
 def _outcome(campaign: Campaign) -> str:

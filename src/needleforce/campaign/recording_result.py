@@ -2,6 +2,7 @@
 """One recording of a campaign: what it shows without a model (motion, maximum force, baselines, sampling), its result
 with its anomalies, and numbers formatted for their sentences."""
 
+import math
 from dataclasses import dataclass, field
 from itertools import pairwise
 
@@ -49,7 +50,7 @@ class Anomaly:
     kind : str
         A short name, such as ``sign``, ``force_unit``, ``motion`` or ``outlier``.
     quantity : str
-        The quantity that is anomalous.
+        The quantity that is anomalous; empty for none.
     value : float
         Its value [``unit``].
     usual : float
@@ -63,10 +64,10 @@ class Anomaly:
     """
 
     kind: str
-    quantity: str
-    value: float
-    usual: float
-    unit: str
+    quantity: str = ""
+    value: float = math.nan
+    usual: float = math.nan
+    unit: str = ""
     sentence: str
     left_out: bool = False
 
@@ -221,7 +222,7 @@ def summarise(recording: Recording, events: Events, usual: float | None) -> Reco
         travel=float(depth[cycle.stop - 1] - depth[cycle.start]),
         end_depth=float(depth[cycle.stop - 1]),
         beyond_contact=float(depth[cycle.stop - 1] - surface) if events.contact is not None else np.nan,
-        hold=_hold(time, cycle),
+        hold=float(time[cycle.withdrawal_start - 1] - time[cycle.stop]) if cycle.withdrawal_start > cycle.stop else 0.0,
         **_forces(force, cycle),
         **_baselines(depth, force, cycle, surface),
         **_flat_top(depth, force, cycle),
@@ -251,10 +252,6 @@ def event_quantities(recording: Recording, events: Events) -> dict[str, Estimate
 
 def _measured(name: str, value: float, unit: str) -> Estimate:
     return Estimate(name, float(value), unit, np.nan, np.nan, source="measured")
-
-
-def _hold(time: np.ndarray, cycle: Cycle) -> float:
-    return float(time[cycle.withdrawal_start - 1] - time[cycle.stop]) if cycle.withdrawal_start > cycle.stop else 0.0
 
 
 def _forces(force: np.ndarray, cycle: Cycle) -> dict[str, float]:

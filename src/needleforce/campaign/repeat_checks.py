@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..recording import Recording
+from ..recording.recording import copies
 from ..segmentation import Events
 from .recording_result import Anomaly, RecordingSummary, formatted, nearest
 
@@ -40,19 +41,14 @@ class Repeat:
     summary: RecordingSummary
 
 
-def copies(named: Sequence[tuple[str, Recording]]) -> dict[str, Anomaly]:
-    """File -> anomaly for each file with the same bytes as a previous one."""
-    first: dict[tuple[str, str], str] = {}
+def copy_anomalies(named: Sequence[tuple[str, Recording]]) -> dict[str, Anomaly]:
+    """File -> anomaly for each file with the readings of a previous one."""
     found = {}
-    for name, recording in named:
-        content = recording.card.content
-        if content[0] and content in first:
-            nan = float("nan")
-            sentence = f"It has the same bytes as {first[content]}: a copy is not a repeat. Remove one of the two."
-            found[name] = Anomaly(
-                kind="copy", quantity="", value=nan, usual=nan, unit="", sentence=sentence, left_out=True
-            )
-        first.setdefault(content, name)
+    for k, first in copies([recording for _, recording in named]).items():
+        (name, one), (earlier, other) = named[k], named[first]
+        what = "bytes" if one.card.sha256 == other.card.sha256 else "readings, saved in another way,"
+        sentence = f"It has the same {what} as {earlier}: a copy is not a repeat. Remove one of the two."
+        found[name] = Anomaly(kind="copy", sentence=sentence, left_out=True)
     return found
 
 
@@ -112,13 +108,7 @@ def _other_unit(
     sentence += f"{formatted(usual, unit)} of its repeats, as if {pair} were confused. Correct the file, or read it "
     sentence += f"separately with --unit {column}=UNIT."
     return Anomaly(
-        kind=f"{column}_unit",
-        quantity=quantity,
-        value=value,
-        usual=usual,
-        unit=unit,
-        sentence=sentence,
-        left_out=True,
+        kind=f"{column}_unit", quantity=quantity, value=value, usual=usual, unit=unit, sentence=sentence, left_out=True
     )
 
 
@@ -141,13 +131,14 @@ def _motion(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
         usual, unique = _usual(values, limits[quantity])
         for each, value in zip(repeats, values):
             if not unique or abs(value - usual) > limits[quantity]:
+                sentence = _motion_sentence(quantity, float(value), usual, unit, unique)
                 anomaly = Anomaly(
                     kind="motion",
                     quantity=quantity,
                     value=float(value),
                     usual=usual,
                     unit=unit,
-                    sentence=_motion_sentence(quantity, float(value), usual, unit, unique),
+                    sentence=sentence,
                     left_out=True,
                 )
                 yield each.name, anomaly
@@ -169,13 +160,14 @@ def _stroke_lengths(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     for each, agrees in zip(repeats, np.any(same, axis=0)):
         if not agrees:
             own = each.summary
+            sentence = _stroke_sentence(own, usual[-1][0], usual[0][0], known)
             anomaly = Anomaly(
                 kind="motion",
                 quantity="travel",
                 value=own.travel,
                 usual=usual[-1][0],
                 unit="m",
-                sentence=_stroke_sentence(own, usual[-1][0], usual[0][0], known),
+                sentence=sentence,
                 left_out=known,
             )
             yield each.name, anomaly
@@ -220,13 +212,14 @@ def _punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]:
     with_one = sum(count > 0 for count in counts)
     for each, count in zip(repeats, counts):
         if count == 0 and 2 * with_one > len(repeats):
+            sentence = _no_puncture_sentence(each.summary, f"{with_one} of its {len(repeats) - 1} repeats")
             anomaly = Anomaly(
                 kind="no_puncture",
                 quantity="event_punctures",
                 value=0.0,
                 usual=float(np.median(counts)),
                 unit="1",
-                sentence=_no_puncture_sentence(each.summary, f"{with_one} of its {len(repeats) - 1} repeats"),
+                sentence=sentence,
             )
             yield each.name, anomaly
 
@@ -252,11 +245,6 @@ def _close_punctures(repeats: Sequence[Repeat]) -> Iterator[tuple[str, Anomaly]]
             sentence += f"{drop:.0f} samples, that of its repeats {usual:.0f}, with an average of {length} samples. "
             sentence += "Its puncture depth is uncertain."
             anomaly = Anomaly(
-                kind="close_punctures",
-                quantity="puncture_depth",
-                value=drop,
-                usual=usual,
-                unit="1",
-                sentence=sentence,
+                kind="close_punctures", quantity="puncture_depth", value=drop, usual=usual, unit="1", sentence=sentence
             )
             yield each.name, anomaly

@@ -120,11 +120,32 @@ class Campaign(Result):
         InputError
             The file cannot be written, or pyarrow is missing.
         """
-        _save_table(self, path)
+        target, made = Path(path), self.to_dataframe()
+        if target.suffix.lower() == ".parquet":
+            _save_parquet(made, target)
+            return
+        texts = made.select_dtypes(exclude=["number", "bool"]).columns
+        made[texts] = made[texts].map(csv_text)
+        with atomic_write(target) as file:
+            made.to_csv(file, index=False, lineterminator="\n")
 
     def to_dataframe(self) -> "pandas.DataFrame":
-        """One tidy table: a row for each recording and quantity, and for each condition and quantity, in SI."""
-        return _tidy(self)
+        """One tidy table: a row for each recording and quantity, and for each condition and quantity, in SI.
+
+        The fields of the conditions stand first, then ``COLUMNS``; pooled values have no ``file``. Each recording has a
+        row ``anomalies`` with their number and the reason if it has no parameters. Its own parameters are named as in
+        ``Fit.parameters``; residual over peak and R² are those of its fit, or of the pooled one. Quantities measured
+        without a model are speed, travel, hold, forces, and events from ``event_contact_depth`` to
+        ``event_exit_depth``.
+        """
+        import pandas
+
+        fields = dict.fromkeys(name for one in self.recordings for name in one.fields)
+        rows = [row for condition in self.conditions for row in _condition_rows(condition)]
+        rows += [row for one in self.others for row in _recording_rows(one)]
+        made = pandas.DataFrame([dict.fromkeys(fields, "") | row for row in rows], columns=[*fields, *COLUMNS])
+        numbers = dict.fromkeys(("value", "low", "high", "residual_over_peak", "r2"), "float64")
+        return made.astype(numbers | dict.fromkeys(("pooled", "identifiable", "outlier"), "bool"))
 
     table = to_dataframe
 
@@ -180,36 +201,6 @@ def _named(names: list[str]) -> str:
 def quality_cells(quality: Quality | None) -> tuple[str, str]:
     """Residual over peak and R² as text; empty without a model."""
     return ("", "") if quality is None else (percent(quality.nrmse), f"{quality.r2:.3f}")
-
-
-def _tidy(campaign: Campaign) -> "pandas.DataFrame":
-    """A DataFrame in SI: the fields of the conditions, then ``COLUMNS``; pooled values have no ``file``.
-
-    Each recording has a row ``anomalies`` with their number and the reason if it has no parameters. Its own parameters
-    are named as in ``Fit.parameters``; residual over peak and R² are those of its fit, or of the pooled one. Quantities
-    measured without a model are speed, travel, hold, forces, and events from ``event_contact_depth`` to
-    ``event_exit_depth``.
-    """
-    import pandas
-
-    fields = dict.fromkeys(name for one in campaign.recordings for name in one.fields)
-    rows = [row for condition in campaign.conditions for row in _condition_rows(condition)]
-    rows += [row for one in campaign.others for row in _recording_rows(one)]
-    made = pandas.DataFrame([dict.fromkeys(fields, "") | row for row in rows], columns=[*fields, *COLUMNS])
-    numbers = dict.fromkeys(("value", "low", "high", "residual_over_peak", "r2"), "float64")
-    return made.astype(numbers | dict.fromkeys(("pooled", "identifiable", "outlier"), "bool"))
-
-
-def _save_table(campaign: Campaign, path: str | os.PathLike) -> None:
-    """Write the table atomically: Parquet for a name with that ending, otherwise CSV."""
-    target, made = Path(path), _tidy(campaign)
-    if target.suffix.lower() == ".parquet":
-        _save_parquet(made, target)
-        return
-    texts = made.select_dtypes(exclude=["number", "bool"]).columns
-    made[texts] = made[texts].map(csv_text)
-    with atomic_write(target) as file:
-        made.to_csv(file, index=False, lineterminator="\n")
 
 
 def check_table(path: str | os.PathLike) -> None:
@@ -269,7 +260,7 @@ def _condition_document(condition: Condition) -> dict:
         "model": None if condition.model is None else condition.model.name,
         "why": condition.why,
         "parameters": _estimates(condition.parameters),
-        "quality": _plain(condition.quality),
+        "quality": None if condition.quality is None else dataclasses.asdict(condition.quality),
         "warnings": list(condition.warnings),
         "recordings": [_recording_document(each) for each in condition.recordings],
     }
@@ -284,7 +275,7 @@ def _recording_document(one: RecordingResult) -> dict:
         "anomalies": [dataclasses.asdict(anomaly) for anomaly in one.anomalies],
         "measured": _estimates(one.measured),
         "parameters": _estimates(one.parameters),
-        "quality": _plain(one.quality),
+        "quality": None if one.quality is None else dataclasses.asdict(one.quality),
         "notes": list(one.notes),
         "reading": list(one.reading),
     }
@@ -292,7 +283,3 @@ def _recording_document(one: RecordingResult) -> dict:
 
 def _estimates(estimates: dict[str, Estimate]) -> list[dict]:
     return [each.document() for each in estimates.values()]
-
-
-def _plain(value: Quality | None) -> dict | None:
-    return None if value is None else dataclasses.asdict(value)

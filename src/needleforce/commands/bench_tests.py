@@ -11,7 +11,7 @@ import typer
 from ..errors import InputError
 from .files import NEEDLE_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, show, table, write_json
+from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, show, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..bench_tests import BendingFit, StressFit
@@ -79,7 +79,9 @@ def tension(
         raise typer.Exit(1) from None
     assumptions = tuple(dict.fromkeys(sentence for _, sentences in read for sentence in sentences))
     write_json(stress_document(fit, [str(file) for file in files], assumptions, not given.mode), given.json)
-    _write_stress(fit, given.figure, given.report, assumptions, not given.mode)
+    write_file("figure", given.figure, fit.save_figure)
+    about = {"assumptions": assumptions, "mode_assumed": not given.mode}
+    write_file("report", given.report, lambda path: fit.report(path, **about))
     _show_stress(fit, assumptions, mode_assumed=not given.mode, quiet=given.json == "-")
     if not stress_fit.is_determined(fit):
         raise typer.Exit(1)
@@ -108,17 +110,6 @@ def stress_document(fit: "StressFit", files: list[str], assumptions: tuple[str, 
     """The fit as a document for JSON."""
     own = {"files": files, "mode_assumed": mode_assumed, "assumptions": list(assumptions)}
     return own | fit.document()
-
-
-def _write_stress(
-    fit: "StressFit", figure: Path | None, report: Path | None, assumptions: tuple[str, ...], mode_assumed: bool
-) -> None:
-    if figure is not None:
-        fit.save_figure(figure)
-        say(f"figure: {figure}")
-    if report is not None:
-        fit.report(report, assumptions=assumptions, mode_assumed=mode_assumed)
-        say(f"report: {report}")
 
 
 def _show_stress(fit: "StressFit", assumptions: tuple[str, ...], mode_assumed: bool, quiet: bool) -> None:

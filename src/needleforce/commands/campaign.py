@@ -10,7 +10,7 @@ import typer
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
+from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, Condition
@@ -53,19 +53,13 @@ def run(
     options = {"pattern": given.pattern, "mapping": given.labels, "model": given.model, "needle": body}
     reading = given.reading.of_every_file() | {"instrument": given.reading.mapping}
     done = campaign(source, **options, **reading, progress=progress)
-    _write(done, given.table, given.report, given.json)
+    if given.json is not None:
+        write_json(done.to_json(), given.json)
+    write_file("written", given.table, done.save_table)
+    write_file("written", given.report, done.report)
     _show(done, quiet=given.json == "-")
     if not any(one.has_parameters for one in done.recordings):
         raise typer.Exit(1)
-
-
-def _write(done: "Campaign", table: Path | None, report: Path | None, json: str | None) -> None:
-    if json is not None:
-        write_json(done.to_json(), json)
-    for path, write in ((table, done.save_table), (report, done.report)):
-        if path is not None:
-            write(path)
-            say(f"written: {path}")
 
 
 def _show(done: "Campaign", quiet: bool) -> None:
@@ -89,11 +83,10 @@ def _row(condition: "Condition", shown: list[str]) -> list[str]:
     from ..campaign.result import quality_cells
     from ..display.quantities import quantity
 
-    values = [condition.parameters.get(name) for name in shown]
-    cells = ["-" if e is None else _cell(str(quantity(e.value, e.low, e.high, e.unit)), e.identifiable) for e in values]
+    cells = []
+    for name in shown:
+        found = condition.parameters.get(name)
+        text = "-" if found is None else str(quantity(found.value, found.low, found.high, found.unit))
+        cells.append(text if found is None or found.identifiable else f"not identified ({text})")
     used = f"{len(condition.pooled)}/{len(condition.recordings)}"
     return [condition.name, used, *quality_cells(condition.quality), *cells]
-
-
-def _cell(text: str, identifiable: bool) -> str:
-    return text if identifiable else f"not identified ({text})"

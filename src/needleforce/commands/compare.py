@@ -11,7 +11,7 @@ import typer
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP, read_all, readable, screen_recordings
 from .flags import takes_flags
-from .output import JSON_HELP, check_outputs, progress, say, table, write_json
+from .output import JSON_HELP, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
@@ -48,9 +48,8 @@ def run(
         raise typer.Exit(1)
     rows = nf.compare(readable(done), names_of(models), progress=progress, needle=needle)
     write_json(rows.to_json(), json)
-    if report is not None:
-        rows.report(report, files=[file for file, each in done if not isinstance(each, nf.InputError)])
-        say(f"report: {report}")
+    shown = [file for file, each in done if not isinstance(each, nf.InputError)]
+    write_file("report", report, lambda path: rows.report(path, files=shown))
     _show(rows, quiet=json == "-")
     if all(math.isnan(row.bic) and math.isnan(row.nrmse) for row in rows):
         raise typer.Exit(1)

@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, screen_recordings
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_json
+from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
@@ -81,7 +81,6 @@ def run(
     chosen = {"model": given.model, "layers": given.layers, "machine_stiffness": machine}
     fit = _identified(done, seconds, **chosen, needle=body, **bench, progress=progress)
     _write(fit, given)
-    _write_tables(fit, given.csv, given.draws)
     _show(fit, quiet=given.json == "-")
     if fit.model is None:
         raise typer.Exit(1)
@@ -118,29 +117,20 @@ def _print_assumptions(done: ReadFiles) -> None:
 
 def _write(fit: "Fit", given: IdentifyFlags) -> None:
     write_json(fit.to_json(), given.json)
-    if given.report is not None:
-        fit.report(given.report)
-        say(f"report: {given.report}")
-    if given.save is not None and fit.model is not None:
-        fit.save(given.save)
-        say(f"model: {given.save}")
+    write_file("report", given.report, fit.report)
+    if fit.model is not None:
+        write_file("model", given.save, fit.save)
     elif given.save is not None:
         say(f"{given.save}: not written, because no model was identified")
-
-
-def _write_tables(fit: "Fit", csv: Path | None, draws: Path | None) -> None:
-    if csv is not None:
-        fit.to_csv(csv)
-        say(f"estimates: {csv}")
-    if draws is None:
+    write_file("estimates", given.csv, fit.to_csv)
+    if given.draws is None:
         return
     try:
         drawn = fit.draws()
     except InputError as error:
-        say(f"{draws}: not written: {error}")
+        say(f"{given.draws}: not written: {error}")
     else:
-        drawn.save(draws)
-        say(f"draws: {draws}")
+        write_file("draws", given.draws, drawn.save)
 
 
 def _show(fit: "Fit", quiet: bool) -> None:

@@ -8,22 +8,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import msgspec
-import numpy as np
 import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP, read_all
 from .flags import takes_flags
-from .output import JSON_HELP, check_outputs, pairs, progress, say, table, write_json
+from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..identification.indentation_tips import TipFit
     from ..recording import Recording
-    from ..recording.table import Table
 
 NAME = "indentation"
-SEGMENT_HELP = "Use the rows in which a column has a value, such as segment=0; default: all rows up to the deepest one."
 CONTACT_HELP = "Depth of the surface, of a curve that begins in contact; default: it is fitted."
 SHAPES = {
     "cone": ("Cone", "half_angle"),
@@ -50,7 +49,6 @@ class IndentationFlags(msgspec.Struct, frozen=True, kw_only=True):
     )
     contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None
     reading: ReadOptions
-    segment: Annotated[str | None, typer.Option(help=SEGMENT_HELP)] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
 
 
@@ -67,13 +65,12 @@ def run(
     options = {"poisson_ratio": given.poisson_ratio, "baseline": given.baseline}
     checked_options(**options)
     surface = {} if given.contact_depth_um is None else {"contact_depth": 1e-6 * given.contact_depth_um}
-    wanted = pairs([given.segment], "segment") if given.segment else {}
     tips, shank = tips_of(given.tip, given.half_angle_deg, given.radius_um, given.needle)
     documents, found = [], False
     recordings = read_all([file], dataclasses.replace(given.reading, baseline=False, test="indentation"))
     for _, recording in recordings:
         try:
-            depth, force = _approach(recording, file, wanted)
+            depth, force = _approach(recording, whole=bool(given.reading.segment))
             rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **surface, **options)
         except InputError as error:
             say(str(error) if str(file) in error.place else f"{file}: {error}")
@@ -89,48 +86,16 @@ def run(
         raise typer.Exit(1)
 
 
-def _approach(recording: "Recording | InputError", file: Path, wanted: dict[str, str]) -> tuple[np.ndarray, np.ndarray]:
-    """Depth and force of the selected rows."""
+def _approach(recording: "Recording | InputError", *, whole: bool) -> "tuple[np.ndarray, np.ndarray]":
+    """Depth and force up to the deepest sample, or of the ``whole`` recording: of a segment that was chosen."""
     if isinstance(recording, InputError):
         raise recording
     for sentence in (*recording.card.assumptions, *(note.message for note in recording.notes)):
         say(f"note: {sentence}")
-    if wanted:
-        used = _rows(_table_of(recording, file), *next(iter(wanted.items())), len(recording))
-    else:
-        used = slice(int(recording.depth.argmax()) + 1)
+    used = slice(len(recording) if whole else int(recording.depth.argmax()) + 1)
+    if not whole:
         say(f"assumed: the indentation ends at the deepest of {len(recording)} samples, number {used.stop}")
     return recording.depth[used], recording.force[used]
-
-
-def _table_of(recording: "Recording", file: Path) -> "Table":
-    from ..recording.parts import asked, chosen_part, recordings_in
-
-    parts = recordings_in(file)
-    part, cycle = asked(recording.card.part or None, [each.name for each in parts])
-    if cycle:
-        limit, step = "rows are selected in a whole recording", "Leave out one of --segment and --part."
-        raise InputError("--segment", "given with a cycle", limit, str(file), step)
-    return chosen_part(parts, part, file).table
-
-
-def _rows(table: "Table", name: str, value: str, count: int) -> np.ndarray:
-    """Whether the column ``name`` has ``value``, (n,); InputError if there is no such column or value."""
-    from ..recording.roles import columns_of
-
-    if name not in table.headers:
-        step = "Give one of them."
-        raise InputError("column of --segment", repr(name), columns_of(table), next_step=step)
-    cells = table.texts(table.headers.index(name))
-    if len(cells) != count:
-        limit = f"the file has {len(cells)} rows"
-        advice = "Correct or remove the other rows."
-        raise InputError("number of rows with all values", count, limit, next_step=advice)
-    used = np.array([cell == value for cell in cells])
-    if not used.any():
-        limit = f"it contains {', '.join(list(dict.fromkeys(cells))[:8])}"
-        raise InputError(f"column {name!r}", f"never {value}", limit, next_step="Give one of its values.")
-    return used
 
 
 def _document(row: "TipFit") -> dict:

@@ -76,6 +76,13 @@ def write_json(document: Any, path: str | None) -> None:
             file.write(text + "\n")
 
 
+def write_file(what: str, path: Path | None, write: Callable[[Path], None]) -> None:
+    """Write a file, if its option is given, and print what it is with its name."""
+    if path is not None:
+        write(path)
+        say(f"{what}: {path}")
+
+
 def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
     """Raise InputError, before any work, for an output that cannot be written, is an input, or is named twice."""
     from ..errors import InputError

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import read_all
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_json
+from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..bench_tests import PenetrationTests
@@ -94,9 +94,7 @@ def _write_penetration(tests: "PenetrationTests", table_file: Path | None, repor
         with atomic_write(table_file) as file:
             file.write(text)
         say(f"table: {table_file}")
-    if report is not None:
-        tests.report(report)
-        say(f"report: {report}")
+    write_file("report", report, tests.report)
 
 
 def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:

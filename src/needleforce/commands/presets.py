@@ -50,12 +50,8 @@ def _published() -> tuple:
 
 
 def _row(model: "Model", names: tuple[str, ...]) -> list[str]:
-    doubts = str(len(model.doubts))
-    return [model.name, " or ".join(names), model.summary, model.reference, doubts, _state(model)]
-
-
-def _state(model: "Model") -> str:
-    return "unverified" if model.unverified else "verified"
+    doubts, state = str(len(model.doubts)), "unverified" if model.unverified else "verified"
+    return [model.name, " or ".join(names), model.summary, model.reference, doubts, state]
 
 
 def _described(model: "Model") -> dict:

@@ -11,7 +11,7 @@ import typer
 from ..errors import InputError
 from .files import NEEDLE_HELP, PRESET_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, say, show, table, write_json
+from .output import JSON_HELP, REPORT_HELP, check_outputs, say, show, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..steering import Plan
@@ -121,12 +121,8 @@ def identify(
         table("residual of each insertion", *fit.insertion_table())
     for remark in fit.remarks():
         say(remark)
-    if given.report:
-        fit.report(given.report)
-        say(f"report: {given.report}")
-    if given.save:
-        fit.save(given.save)
-        say(f"model: {given.save}")
+    write_file("report", given.report, fit.report)
+    write_file("model", given.save, fit.save)
 
 
 class SteerPlanFlags(msgspec.Struct, frozen=True, kw_only=True):

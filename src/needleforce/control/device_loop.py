@@ -136,17 +136,7 @@ def _integral(rates: np.ndarray, time: float) -> np.ndarray:
 
 
 def linear_limit(device: Device) -> float:
-    """The stiffness [N/m] beyond which the loop of a spring oscillates by itself, by the eigenvalues of its cycle.
-
-    Parameters
-    ----------
-    device : Device
-        The device.
-
-    Returns
-    -------
-    float
-    """
+    """The stiffness [N/m] beyond which the loop of a spring oscillates by itself, by the eigenvalues of its cycle."""
     stiffness = np.geomspace(1e-4, 1e8, 97)
     grown = [growth(device, each) for each in stiffness]
     first = next((k for k, rate in enumerate(grown) if rate > 1.0 + ROUNDING), None)
@@ -284,24 +274,11 @@ def _inserted(model: Model, depth: float) -> tuple[Insertion, float]:
 
 
 def stiffness_at_rest(model: Model, depth: float, cycle: float = 1e-3) -> float:
-    """Largest stiffness that the tissue shows to small motions, anywhere down to ``depth``, from the engine.
+    """Largest stiffness [N/m] that the tissue shows to small motions, anywhere down to a depth [m], from the engine,
+    for a cycle [s].
 
     At each depth of the insertion the needle is moved back and forth over 1 nm to 5 mm. Damping of bristles counts with
     twice its value over a cycle, the most that the speed between two samples makes of it.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    depth : float
-        Largest depth [m].
-    cycle : float
-        Time of a cycle [s].
-
-    Returns
-    -------
-    float
-        Stiffness [N/m].
     """
     engine, found, last = Insertion(model, max_speed=math.inf), 0.0, -1e-3
     for stop in np.linspace(depth / DEPTHS, depth, DEPTHS):
@@ -319,9 +296,5 @@ def _steepest(engine: Insertion, depths: np.ndarray, dt: float, cycle: float) ->
     return max(sample.force_by_depth + per_speed * sample.force_by_velocity for sample in samples)
 
 
-def _probe() -> np.ndarray:
-    travel = np.geomspace(1e-9, 5e-3, 80)
-    return np.concatenate([[0.0], -travel, travel - travel[-1]])
-
-
-PROBE = _probe()  # m, from the deepest point back and forth
+_TRAVEL = np.geomspace(1e-9, 5e-3, 80)
+PROBE = np.concatenate([[0.0], -_TRAVEL, _TRAVEL - _TRAVEL[-1]])  # m, from the deepest point back and forth

@@ -236,21 +236,9 @@ def _reason(verdict: str, ratio: float, grows: float, gap: str) -> str:
 
 
 def stretched(model: Model, factor: float) -> Model:
-    """The model with every elastic travel of friction and cutting longer by a factor, within the ranges of the laws.
-
-    Parameters
-    ----------
-    model : Model
-        The model.
-    factor : float
-        Above 0.
-
-    Returns
-    -------
-    Model
-        With changed ``presliding``, ``bristle_stiffness``, ``unloading`` and stiffness of a cutting law. What is
-        measured, the contact and the stiffness of dragged tissue, is not changed.
-    """
+    """The model with every elastic travel of friction and cutting longer by a factor, within the ranges of the laws:
+    ``presliding``, ``bristle_stiffness``, ``unloading`` and stiffness of a cutting law. What is measured, the contact
+    and the stiffness of dragged tissue, is not changed."""
     first, *deeper = [
         replace(each, friction=_longer(each.friction, factor), cutting=_longer(each.cutting, factor))
         for each in model.layers

@@ -31,13 +31,8 @@ MINUS, PLUS = np.array([Fraction(1), Fraction(-1)]), np.array([Fraction(1), Frac
 
 @dataclass(frozen=True)
 class Loop:
-    """G(z) of a device with its delay and its controller's damping, as a ratio of polynomials.
-
-    Attributes
-    ----------
-    numerator, denominator : ndarray of Fraction
-        Coefficients in s = (z - 1) / (z + 1), lowest power first.
-    """
+    """G(z) of a device with its delay and its controller's damping, as a ratio of polynomials in s = (z - 1) / (z + 1):
+    coefficients as fractions, lowest power first."""
 
     numerator: np.ndarray
     denominator: np.ndarray
@@ -88,21 +83,9 @@ class Loop:
         return _hurwitz(own[1:] if own[0] == 0 else own)
 
     def proved(self, stiffness: float, gamma: float, weakening: float = 0.0) -> bool:
-        """Whether the inequality holds at every frequency for tissue of a stiffness [N/m]: exact, without a grid.
-
-        Parameters
-        ----------
-        stiffness : float
-            Of the tissue [N/m].
-        gamma : float
-            Multiplier, above 0 and at most 1.
-        weakening : float
-            How fast the force falls while the needle slides outwards, at most f [N/m].
-
-        Returns
-        -------
-        bool
-        """
+        """Whether the inequality holds at every frequency for tissue of a stiffness [N/m]: exact, without a grid. The
+        multiplier ``gamma`` is above 0 and at most 1; ``weakening`` is how fast the force falls while the needle slides
+        outwards, at most f [N/m]."""
         if not self.stable:
             return False
         square, real, phase, own = self.conditions
@@ -113,19 +96,8 @@ class Loop:
         return complete and found[0] > 0 and found[-1] > 0 and positive_roots(found) == 0
 
     def max_stiffness(self, weakening: float = 0.0, gammas: tuple[float, ...] = GAMMAS) -> tuple[float, float]:
-        """The largest stiffness [N/m] that is proved to come to rest, and its gamma; 0 if there is none.
-
-        Parameters
-        ----------
-        weakening : float
-            As for ``proved`` [N/m].
-        gammas : tuple of float
-            The multipliers that apply to the tissue; (1.0,) for one whose force may fall while it slips.
-
-        Returns
-        -------
-        stiffness, gamma : float
-        """
+        """The largest stiffness [N/m] that is proved to come to rest, and its gamma; 0 if there is none. ``gammas`` are
+        the multipliers that apply to the tissue: (1.0,) for one whose force may fall while it slips."""
         if not self.stable:
             return 0.0, 1.0
         best, gamma = self.proposed(weakening, gammas)
@@ -166,17 +138,8 @@ def _needed(tangent: np.ndarray, response: np.ndarray, weakening: float, gammas:
 
 
 def positive_roots(polynomial: np.ndarray) -> int:
-    """Number of distinct roots above 0 of a polynomial, by Sturm's theorem in rational numbers.
-
-    Parameters
-    ----------
-    polynomial : ndarray of Fraction
-        Coefficients, lowest power first; the first and the last are not 0.
-
-    Returns
-    -------
-    int
-    """
+    """Number of distinct roots above 0 of a polynomial, by Sturm's theorem in rational numbers. Coefficients are
+    fractions, lowest power first; the first and the last are not 0."""
     chain = [_whole(polynomial), _whole(poly.polyder(polynomial))]
     while len(chain[-1]) > 1:
         rest, divisor = chain[-2], chain[-1]

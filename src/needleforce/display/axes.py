@@ -15,22 +15,8 @@ FORCE = "force [N]"
 
 
 def axes_for(axes: Any = None) -> Any:
-    """Return ``axes``, or the axes of a new figure.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes, optional
-        Where to draw; None makes a new figure.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-
-    Raises
-    ------
-    InputError
-        If ``axes`` is not one matplotlib Axes, such as an array of several.
-    """
+    """The axes given, or those of a new figure. Raises InputError if they are not one matplotlib Axes, such as an array
+    of several."""
     if axes is None:
         from matplotlib import pyplot
 
@@ -42,22 +28,8 @@ def axes_for(axes: Any = None) -> Any:
 
 
 def finish(axes: Any, x: str, y: str, title: str = "") -> Any:
-    """Set axis labels, grid and title, and add a legend if a curve has a label.
-
-    Parameters
-    ----------
-    axes : matplotlib.axes.Axes
-        Axes with everything drawn.
-    x, y : str
-        Axis labels: quantity and unit.
-    title : str
-        Title; none if empty.
-
-    Returns
-    -------
-    matplotlib.axes.Axes
-        ``axes``.
-    """
+    """Set axis labels (quantity and unit), grid and title on axes with everything drawn, and add a legend if a curve
+    has a label; the same axes."""
     axes.set(xlabel=x, ylabel=y)
     if title:
         axes.set_title(title)

@@ -12,33 +12,15 @@ from .markup import FOLDER, Markup, element, join, templates, visible
 
 @dataclass(frozen=True, kw_only=True)
 class Figure:
-    """A figure of a page.
+    """A figure of a page."""
 
-    Attributes
-    ----------
-    name : str
-        Target of links to it.
-    draw : callable
-        ``draw(figure, sheet)`` on a figure of matplotlib and a sheet of ``canvas``.
-    heights : tuple of float
-        On a wide and on a narrow sheet [points].
-    caption : object
-        Text or Markup under it.
-    alt : str
-        What is seen, for a reader who does not see it.
-    title : str
-        Heading above it; none if empty.
-    side_caption : bool
-        Whether the caption is next to the drawing on a wide page.
-    """
-
-    name: str
-    draw: Callable
-    heights: tuple[float, float]
-    caption: object
-    alt: str
-    title: str = ""
-    side_caption: bool = False
+    name: str  # target of links to it
+    draw: Callable  # ``draw(figure, sheet)`` on a figure of matplotlib and a sheet of ``canvas``
+    heights: tuple[float, float]  # [points] on a wide and on a narrow sheet
+    caption: object  # text or Markup under it
+    alt: str  # what is seen, for a reader who does not see it
+    title: str = ""  # heading above it; none if empty
+    side_caption: bool = False  # whether the caption is next to the drawing on a wide page
 
     def __html__(self) -> Markup:
         from .canvas import FULL, WITH_SIDE_CAPTION, drawing
@@ -94,33 +76,15 @@ def definitions(pairs: Iterable[tuple[object, object]]) -> Markup:
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A page of one result.
+    """A page of one result."""
 
-    Attributes
-    ----------
-    title : str
-        Heading.
-    kind : str
-        What it is a page of, in the small line above the title.
-    outcome : object
-        The result in a sentence or two, text or Markup, under the title.
-    sections : iterable of Section or None
-        In their order; None is omitted.
-    note : str
-        A smaller sentence under the outcome; none if empty.
-    links : bool
-        Whether the header has links to the sections.
-    style : str
-        Name of a style sheet to add to ``page.css``; none if empty.
-    """
-
-    title: str
-    kind: str
-    outcome: object
-    sections: Iterable[Section | None]
-    note: str = ""
-    links: bool = True
-    style: str = ""
+    title: str  # heading
+    kind: str  # what it is a page of, in the small line above the title
+    outcome: object  # the result in a sentence or two, text or Markup
+    sections: Iterable[Section | None]  # in their order; None is omitted
+    note: str = ""  # a smaller sentence under the outcome; none if empty
+    links: bool = True  # whether the header has links to the sections
+    style: str = ""  # name of a style sheet to add to ``page.css``; none if empty
 
     def html(self) -> str:
         """The page as text; the same values give the same text."""

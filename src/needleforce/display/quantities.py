@@ -18,36 +18,24 @@ _SCALES = {
     "N/m": ((0.0, 1e-3, "N/mm"),),
     "N/m²": ((0.0, 1e-6, "N/mm²"),),
     "N m": ((0.0, 1e3, "N mm"),),
+    "N m²": ((0.0, 1.0, "N m²"),),
     "rad": ((0.0, 180.0 / math.pi, "°"),),
     "J": ((0.0, 1e3, "mJ"),),
     "1": ((0.0, 1.0, ""),),
 }
-_SPELLINGS = {"N/m^2": "N/m²", "N/m2": "N/m²", "N·m": "N m", "-": "1", "": "1"}
+_SPELLINGS = {"N/m^2": "N/m²", "N/m2": "N/m²", "N·m": "N m", "N m^2": "N m²", "-": "1", "": "1"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A value and its interval as text, in the unit shown.
-
-    Attributes
-    ----------
-    value : str
-        The value, without unit.
-    low, high : str
-        Limits of the interval; empty without an interval.
-    half_width : str
-        Half the width of the interval; empty without an interval.
-    symmetric : bool
-        Whether the value is the middle of the interval, within a twentieth of the half width.
-    unit : str
-        The unit shown; empty for a ratio.
-    """
+    """A value and its interval as text, in the unit shown, which is empty for a ratio; limits and half width are empty
+    without an interval."""
 
     value: str
     low: str
     high: str
     half_width: str
-    symmetric: bool
+    symmetric: bool  # whether the value is the middle of the interval, within a twentieth of the half width
     unit: str
 
     @property
@@ -67,23 +55,8 @@ class Quantity:
 
 
 def quantity(value: float, low: float | None, high: float | None, unit: str, max_digits: int = MAX_DIGITS) -> Quantity:
-    """Scale a value to a readable unit and round it to two digits of its interval's half width.
-
-    Parameters
-    ----------
-    value : float
-        Value in the SI unit.
-    low, high : float or None
-        Limits of the interval in the SI unit; None or NaN without an interval.
-    unit : str
-        The SI unit, such as ``"N/m"``; ``"1"`` for a ratio.
-    max_digits : int
-        Maximum number of significant digits of the value, however narrow the interval.
-
-    Returns
-    -------
-    Quantity
-    """
+    """Scale a value in an SI unit, ``"1"`` for a ratio, to a readable unit and round it to two digits of its interval's
+    half width, to ``max_digits`` significant ones however narrow it is. Limits are None or NaN without an interval."""
     sizes = [abs(x) for x in (value, low, high) if x is not None and math.isfinite(x)]
     factor, shown = scale(max(sizes, default=value), unit)
     value, low, high = (math.nan if x is None else float(x) * factor for x in (value, low, high))

@@ -155,20 +155,8 @@ def _bulk(value: float | None, shear: float) -> float:
 
 
 def isochoric_stress(deformation: np.ndarray, c10: np.ndarray, c01: np.ndarray) -> np.ndarray:
-    """First Piola-Kirchhoff stress without the part of the bulk modulus.
-
-    Parameters
-    ----------
-    deformation : ndarray, shape (n, 3, 3)
-        Deformation gradient F.
-    c10, c01 : ndarray, shape (n,)
-        [Pa]
-
-    Returns
-    -------
-    ndarray, shape (n, 3, 3)
-        Derivative of the energy with respect to F [Pa].
-    """
+    """First Piola-Kirchhoff stress without the part of the bulk modulus, (n, 3, 3) [Pa]: the derivative of the energy
+    with respect to the deformation gradient F (n, 3, 3), for moduli (n,) [Pa]."""
     first, second, volume = _invariants(deformation)
     inverse = np.linalg.inv(deformation).transpose(0, 2, 1)
     total = _scaled(2.0 * c10 * volume ** (-2.0 / 3.0), deformation - _scaled(first / 3.0, inverse))

@@ -48,22 +48,12 @@ _PARTS = {
 
 @dataclass(frozen=True, eq=False)
 class Field:
-    """A quantity in a section.
+    """A quantity in a section, and its extremes over all cells of it, also those that are smaller than the grid."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (rows, columns)
-        On the grid, NaN where there is no tissue [m] or [Pa].
-    low, high : float
-        Over all cells of the section, also those that are smaller than the grid.
-    low_at, high_at : tuple of float
-        Where they are: distance from the needle's line and depth [m].
-    """
-
-    values: np.ndarray
+    values: np.ndarray  # (rows, columns) [m] or [Pa], NaN where there is no tissue
     low: float
     high: float
-    low_at: tuple[float, float]
+    low_at: tuple[float, float]  # [m] distance from the needle's line, and depth
     high_at: tuple[float, float]
 
 

@@ -41,33 +41,18 @@ _MAX_HEIGHT = 560.0  # of a drawing [points]
 
 @dataclass(frozen=True, eq=False)
 class SolidFacts:
-    """Of one solved solid.
-
-    Attributes
-    ----------
-    shown : Section
-        What the pictures show.
-    path : NeedlePath or None
-        The needle that is drawn.
-    tip : float or None
-        How far it is along its path [m].
-    solid, materials, supports : list of tuple of str
-        Rows of tables: name and value; label, modulus, Poisson ratio, density and cells; boundary and support.
-    force : float
-        Of all loads on the tissue, along the depth [N].
-    depth, base_force : ndarray, shape (n,), or None
-        Of an insertion [m], [N].
-    """
+    """Of one solved solid: what the pictures show, the needle that is drawn and how far it is along its path, rows of
+    tables, and the loads."""
 
     shown: Section
     path: NeedlePath | None
-    tip: float | None
-    solid: Rows
-    materials: Rows
-    supports: Rows
-    force: float
-    depth: np.ndarray | None
-    base_force: np.ndarray | None
+    tip: float | None  # [m]
+    solid: Rows  # name and value
+    materials: Rows  # label, modulus, Poisson ratio, density and cells
+    supports: Rows  # boundary and support
+    force: float  # [N] of all loads on the tissue, along the depth
+    depth: np.ndarray | None  # [m] of an insertion
+    base_force: np.ndarray | None  # [N]
 
     @property
     def displacement(self) -> Field:
@@ -254,17 +239,15 @@ def _pictures(facts: SolidFacts) -> list[Figure]:
         what = " and ".join(NAMES[each] for each in quantities)
         what = what[0].upper() + what[1:]
         caption = f"{what}. {_COLOURS}{_SCALES[quantities[1]]}{lines}"
-        alt = f"{what} around the needle: {', '.join(_range(shown.field(each), each) for each in quantities)}."
+        units = {each: "Pa" if each in ("von_mises", "stress") else "m" for each in quantities}
+        fields = {each: shown.field(each) for each in quantities}
+        ends = [f"{NAMES[n]} {plain(f.low, units[n])} to {plain(f.high, units[n])}" for n, f in fields.items()]
+        alt = f"{what} around the needle: {', '.join(ends)}."
         wide, narrow = (min(ratio * width + 80.0, _MAX_HEIGHT) for width in (275.0, 225.0))
         draw = partial(fields_figure, facts=facts, quantities=quantities)
         name = "-".join(quantities)
         made.append(Figure(name=name, draw=draw, heights=(wide, 2.0 * narrow), caption=caption, alt=alt))
     return made
-
-
-def _range(field: Field, quantity: str) -> str:
-    unit = "Pa" if quantity in ("von_mises", "stress") else "m"
-    return f"{NAMES[quantity]} {plain(field.low, unit)} to {plain(field.high, unit)}"
 
 
 def fields_figure(figure: "Drawing", sheet: Sheet, *, facts: SolidFacts, quantities: tuple[str, ...]) -> None:

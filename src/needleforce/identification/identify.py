@@ -11,6 +11,7 @@ from ..errors import InputError
 from ..models.model import Model
 from ..preset_files import model_name, needle_of
 from ..recording import Recording
+from ..recording.recording import copies
 from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
 from .diagnostics import (
     NO_MODEL,
@@ -260,7 +261,16 @@ def _layered(
         raise InputError("layers", layers, f"it must be a whole number from 1 to {MAX_LAYERS}")
     watched = progress(recordings, "segmenting") if progress else recordings
     singles = [segmented(each) for each in watched]
-    return identify_layered(singles, model, given, layers, progress)
+    return _compared(identify_layered(singles, model, given, layers, progress), recordings, singles, given)
+
+
+def _compared(fit: Fit, recordings: list, singles: list[SegmentedRecording], given: FitInputs) -> Fit:
+    """A layered fit with a sentence on what one layer leaves of the same cycles."""
+    one = identify(recordings, needle=given.needle, layers=1)
+    evidence = cycle_evidence(one, fit, singles) if one.choice else None
+    if evidence is None:
+        return fit
+    return dataclasses.replace(fit, warnings=(*fit.warnings, evidence.compared(one.choice[0].name)))
 
 
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
@@ -365,10 +375,13 @@ def _listed(sources: Any) -> list:
 
 
 def _different(recordings: list[Recording]) -> None:
-    """Raises InputError for a file given twice, which would count as a repeat and make the intervals too narrow."""
-    sources: dict[tuple[str, str], str] = {}
-    for card in (recording.card for recording in recordings if recording.card.sha256):
-        if card.content in sources:
-            same = f"the same bytes as {sources[card.content]}"
-            raise InputError("content of the file", same, "given twice", card.source, "Give each file once.")
-        sources[card.content] = card.source
+    """Raises InputError for readings given twice, which would count as a repeat and make the intervals too narrow."""
+    for k, first in copies(recordings).items():
+        one, other = recordings[k].card, recordings[first].card
+        what = (
+            "the same bytes as"
+            if one.sha256 == other.sha256
+            else "the same readings, saved in another way, as those of"
+        )
+        same = f"{what} {other.source}"
+        raise InputError("content of the file", same, "given twice", one.source, "Give each file once.")

@@ -240,6 +240,19 @@ class CycleEvidence:
             f"layers. Give model='{other}' for the other one."
         )
 
+    def compared(self, law: str) -> str:
+        """A layered model that was named, compared with one layer, in words."""
+        verdict = (
+            "the layered law describes these recordings better."
+            if self.for_layers
+            else (f"one layer describes these recordings as well or better. Give model='{law}', or leave model out.")
+        )
+        return (
+            f"Compared with one layer ({law}), over insertion, hold and withdrawal without the friction reversal, its "
+            f"residual is {100 * self.one_layer:.2g} % of the peak and that of layers {100 * self.layered:.2g} %: "
+            f"{verdict}"
+        )
+
 
 def cycle_evidence(one: Fit, layered: Fit, singles: list[SegmentedRecording]) -> CycleEvidence | None:
     """The evidence of the recordings that both models describe; None without one.

@@ -11,24 +11,9 @@ from .model import Model
 def solid_engine(
     model: Model | None, tissue: Any, limits: core.Limits | None = None, bevel: core.Bevel | None = None
 ) -> core.CondensedInsertion:
-    """An insertion of a model into a solid.
-
-    Parameters
-    ----------
-    model : Model
-        Its friction and cutting drag the solid.
-    tissue : nf.fe.CondensedTissue
-        Of ``Tissue.condense`` or ``nf.fe.load_condensed``.
-    limits : core.Limits, optional
-        Of a step.
-    bevel : core.Bevel, optional
-        For the lateral force on the tip.
-
-    Raises
-    ------
-    InputError
-        If there is no model, the tissue is not condensed, or a law does not fit.
-    """
+    """An insertion of a model, whose friction and cutting drag the solid, into an ``nf.fe.CondensedTissue``. ``bevel``
+    is for the lateral force on the tip. Raises InputError if there is no model, the tissue is not condensed, or a law
+    does not fit."""
     if model is None:
         step = "Give a model: its friction and cutting drag the solid."
         raise InputError("model", None, "needed with a tissue", next_step=step)

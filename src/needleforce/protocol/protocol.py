@@ -129,12 +129,9 @@ def passes_at(protocol: Protocol, series: int, depth: int, planned: int, site: i
 
 def name_pattern_of(protocol: Protocol) -> str:
     """The pattern of a protocol's file names for a campaign: sites are repeats of one condition."""
-    depth = "{depth_mm}mm_" if _many_depths(protocol) else ""
+    depths = {depth for series in protocol.series for depth in series.depths}
+    depth = "{depth_mm}mm_" if len(depths) > 1 else ""
     return protocol.name_prefix + "{speed_mm_s}mm_s_" + depth + "site{repeat}_pass{pass}"
-
-
-def _many_depths(protocol: Protocol) -> bool:
-    return len({depth for series in protocol.series for depth in series.depths}) > 1
 
 
 def _run(protocol: Protocol, slot: tuple[int, int, int], site: int, number: int) -> RunPlan:

@@ -15,7 +15,7 @@ from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
 from .cycles import CycleSpan
-from .motion_source import MotionSource
+from .motion_source import MotionSource, motion_source
 from .options import ReadOptions, flags
 from .parts import Part
 from .quantities import MAIN
@@ -217,23 +217,23 @@ def option_words(options: ReadOptions) -> list[str]:
     return words
 
 
-def motion_look(path: Path, main: Part | None, options: ReadOptions) -> MotionLook | None:
+def motion_look(path: Path, tables: Sequence[Table], main: Part | None, options: ReadOptions) -> MotionLook | None:
     """The motion that the options name, None if they name none or if it cannot be found.
 
     Parameters
     ----------
     path : Path
         The file of the force.
+    tables : sequence of Table
+        Its tables.
     main : Part or None
-        Its table; None for a log.
+        The table of the force; None for a log.
     options : ReadOptions
         Those of ``read``.
     """
-    file, name = options.motion, options.motion_part
-    if file is None and name is None:
+    source = motion_source(path, main, tables, options)
+    if source is None:
         return None
-    shift = options.motion_shift
-    source = MotionSource(path=Path(file) if file else path, part=name, same_file=file is None, shift=shift)
     try:
         part = source.chosen(options.columns)
     except InputError:  # it is the problem of the recording

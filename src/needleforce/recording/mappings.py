@@ -16,7 +16,7 @@ from .options import ReadOptions, flags, plain_type
 
 IN_FOLDER = "needleforce.toml"
 _SHIPPED = Path(__file__).with_name("mappings")
-_TABLES = {"columns": dict[str, str | int | list[str]], "units": dict[str, str]}
+_TABLES = {"columns": dict[str, str | int | list[str]], "units": dict[str, str], "segment": dict[str, str]}
 
 
 def _kept() -> dict[str, tuple[str, float | None, Any]]:

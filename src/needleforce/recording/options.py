@@ -62,6 +62,8 @@ class FileOptions:
     motion_shift : float, optional
         Added to the times of the motion [s], if its clock has another zero. Of a motion stated by ``speed``: the time
         at which the needle starts to move, by default the first sample.
+    segment : mapping, optional
+        Column -> value, as text: only the rows in which each has its value, such as ``{"segment": "retract"}``.
     first_row : int, optional
         Row, or line of a text, at which the numbers begin, where rows above it are no samples.
     filter_length : int, optional
@@ -126,6 +128,10 @@ class FileOptions:
             float,
             1.0,
         ),
+    ] = None
+    segment: Annotated[
+        Mapping[str, str] | None,
+        Flag("--segment", "Only the rows in which a column has a value, such as segment=0; may be repeated.", list),
     ] = None
     first_row: Annotated[
         int | None, Flag("--first-row", "Row of the file at which the samples begin, if rows above are none.", int)

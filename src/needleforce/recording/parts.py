@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .formats.detect import tables_of
 from .quantities import MAIN, by_name, by_numbered_name, dimension, plain_name, split
-from .roles import Column, Roles, assign_columns, fitting_unit, of_main
-from .runs import row_name, runs_of
-from .samples import increases
+from .roles import Roles, assign_columns, fitting_unit
+from .runs import runs_of
 from .stated import stated_by
 from .table import Table
 
@@ -84,11 +82,6 @@ def parts_of(
         name = usable[0][0].name
         return [replace(part, name=part.name.removeprefix(f"{name}: ")) for _, part in usable]
     return [part for _, part in usable]
-
-
-def recordings_in(path: Path, columns: Mapping[str, str | int] | None = None) -> list[Part]:
-    """The recordings of a file that is no log. Raises InputError as ``read``."""
-    return parts_of(tables_of(path), of_main(columns))
 
 
 def _usable(
@@ -224,21 +217,10 @@ def _joined(table: str, group: str) -> str:
 
 def _runs(part: Part) -> Iterator[Part]:
     """The recordings of a part, one below the other."""
-    table, quantities = part.table, part.roles.alone()
-    if table.is_large or (_in_order(table, quantities.get("time")) and not any(map(row_name, table.headers))):
-        yield part
-        return
-    for name, run, cycles in runs_of(table, quantities):
+    quantities = part.roles.alone()
+    by_unit = part.roles.by_unit([quantity for quantity in ("depth", "force") if quantity not in quantities])
+    for name, run, cycles in runs_of(part.table, quantities, by_unit):
         yield replace(part, name=_joined(part.name, name), table=run, cycles=cycles)
-
-
-def _in_order(table: Table, time: Column | None) -> bool:
-    """Whether a table has a time that never decreases."""
-    try:
-        values = np.empty(0) if time is None else table.numbers(time.index)
-    except InputError:  # reported when the part is read
-        return False
-    return len(values) > 0 and increases(values)
 
 
 def asked(wanted: str | int | None, names: Sequence[str]) -> tuple[str | int | None, str]:

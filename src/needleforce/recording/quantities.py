@@ -15,6 +15,7 @@ QUANTITIES = {
     "time": (
         "time",
         "time t timestamp time_stamp stamp header_stamp elapsed elapsed_time test_time run_time total_time sample_time "
+        "seconds millis milliseconds msec ms micros microseconds usec sekunden "
         "zeit laufzeit prufzeit pruefzeit temps tiempo tempo",
     ),
     "depth": (
@@ -64,11 +65,12 @@ NAMED_BY_WORD = {
 }  # fmt: skip
 _LATE_WORDS = "deformation verformung eindruckung gap spalt spaltweite messspalt"
 _TIME_WORDS = frozenset("t time stamp timestamp zeit temps tiempo tempo".split())
-# words that make another quantity of a header
-_OTHERS = frozenset(
+# words that make another quantity of a header, such as a target, an error or a rate
+OTHER_WORDS = frozenset(
     "rate speed velocity energy work error sd std max min mean average peak target set setpoint command "
     "commanded desired ratio strain stress offset x y transverse lateral geschwindigkeit soll".split()
 )
+_RATIOS = ("%", "percent", "prozent", "mm/mm", "m/m", "in/in")
 UNIT_DIMENSIONS = ("time", "length", "velocity", "force", "torque", "angle")
 
 
@@ -85,8 +87,8 @@ def check_known(quantity: str) -> None:
 
 
 def is_unit(text: str) -> bool:
-    """Whether a text is a unit of a quantity of a recording."""
-    return any(find(text, each) for each in UNIT_DIMENSIONS)
+    """Whether a text is a unit of a quantity of a recording, or of a ratio, in which none is read."""
+    return text.casefold() in _RATIOS or any(find(text, each) for each in UNIT_DIMENSIONS)
 
 
 @lru_cache(4096)
@@ -105,10 +107,13 @@ def split(header: str, known: Callable[[str], bool] = is_unit) -> tuple[str, str
     parts = header.split("_")
     for cut in range(1, len(parts)):
         name, suffix = "_".join(parts[:cut]), "_".join(parts[cut:])
+        if parts[cut].isdecimal() and cut + 1 < len(parts):  # the number of a channel
+            continue
         quantity = _NAMES.get(plain_name(name))
-        if find(suffix, dimension(quantity)) if quantity else known(suffix):
+        if suffix in _RATIOS or (find(suffix, dimension(quantity)) if quantity else known(suffix)):
             return name, suffix
-    return header, None
+    names_unit = _NAMES.get(plain_name(header)) == "time" and find(header, "time")
+    return header, header.strip() if names_unit else None
 
 
 def by_name(header: str) -> str | None:
@@ -130,7 +135,7 @@ def by_word(header: str) -> str | None:
     if _is_time_of_another(ordered):
         return "time"
     found = [quantity for quantity, names in NAMED_BY_WORD.items() if words & set(names.split())]
-    return found[0] if len(found) == 1 and not words & _OTHERS else None
+    return found[0] if len(found) == 1 and not words & OTHER_WORDS else None
 
 
 def _is_time_of_another(words: Sequence[str]) -> bool:
@@ -147,7 +152,7 @@ def by_late_word(header: str) -> str | None:
     name, unit = split(header)
     words = set(plain_name(name).split("_"))
     fits = not unit or find(unit, dimension("depth"))
-    return "depth" if words & set(_LATE_WORDS.split()) and fits and not words & _OTHERS else None
+    return "depth" if words & set(_LATE_WORDS.split()) and fits and not words & OTHER_WORDS else None
 
 
 RECOGNISED = {"name": by_name, "numbered name": by_numbered_name, "word": by_word, "late word": by_late_word}

@@ -16,20 +16,20 @@ from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
 from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, fitting, spans_of_rows, with_note
 from .force_signal import glitch_notes, remove_bias
-from .formats.detect import ROS2_BAG, format_of
+from .formats.detect import ROS2_BAG, format_of, tables_of
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
 from .mappings import completed
 from .options import ReadOptions, keywords_of
-from .parts import Part, asked, chosen_part, fitting_parts, recordings_in
+from .parts import Part, asked, chosen_part, fitting_parts, parts_of
 from .quantities import AXES
 from .recording import Note, Recording
 from .roles import of_main
 from .samples import timing_notes
-from .stream import Stream, read_stream
+from .stream import read_stream
+from .table import Table, segments_of
 
 if TYPE_CHECKING:
     from .look import Look
-    from .motion_source import MotionSource
 
 TESTS = ("insertion", "indentation")
 WithCycles = tuple[Recording, tuple[CycleSpan, ...]]
@@ -106,8 +106,14 @@ def open_file(path: str | os.PathLike, options: ReadOptions) -> "RecordingFile":
     options, sentence = completed(path, options)
     _check(options)
     with enough_memory(path):
-        parts = [] if format_of(path).log else recordings_in(path, options.columns)
-    return RecordingFile(path=path, options=options, sentence=sentence, parts=parts)
+        return _opened(path, options, sentence)
+
+
+def _opened(path: Path, options: ReadOptions, sentence: str) -> "RecordingFile":
+    """A file with its tables and the recordings in them; of a log, which has one recording, there are none."""
+    tables = [] if format_of(path).log else segments_of(tables_of(path), options.segment or {})
+    parts = parts_of(tables, of_main(options.columns))
+    return RecordingFile(path=path, options=options, sentence=sentence, tables=tables, parts=parts)
 
 
 def _check(options: ReadOptions) -> None:
@@ -132,13 +138,16 @@ class RecordingFile:
         The options of ``read``, completed by a mapping.
     sentence : str
         That the mapping is used; empty without one.
+    tables : sequence of Table
+        Its tables; none of a log.
     parts : sequence of Part
-        Its recordings; none of a log, which has one and no tables.
+        Its recordings, those of its tables; none of a log, which has one.
     """
 
     path: Path
     options: ReadOptions
     sentence: str
+    tables: Sequence[Table]
     parts: Sequence[Part]
     _whole: dict[str | int | None, WithCycles] = field(default_factory=dict)  # of which a cycle was read last
 
@@ -157,11 +166,50 @@ class RecordingFile:
         whole = self._whole.get(part) if cycle else None
         if whole is None:
             self._whole.clear()  # of a long recording there is one at a time in memory
-            whole = _read_whole(self.path, self.parts, replace(self.options, part=part))
+            whole = self._read_whole(part)
             self._whole.update({part: whole} if cycle else {})
         if cycle.isdecimal() and len(whole[1]) < MIN_CYCLES:  # then it is the number of a recording
-            whole, cycle = _read_whole(self.path, self.parts, replace(self.options, part=wanted)), ""
+            whole, cycle = self._read_whole(wanted), ""
         return chosen_cycle(*whole, cycle, str(self.path)) if cycle else with_note(*whole), whole[1]
+
+    def _read_whole(self, wanted: str | int | None) -> WithCycles:
+        """The recording with its cycles: those that a column counts, or those in the motion."""
+        options = replace(self.options, part=wanted)
+        assumed = AssumedMotion(
+            rate=options.rate,
+            speed=options.speed,
+            step=options.step,
+            stroke=options.stroke,
+            hold=options.hold,
+            start=options.motion_shift,
+            counted=options.test == "indentation",
+        )
+        if not self.parts:
+            from .log.to_recording import read_recording
+
+            recording = read_recording(self.path, options, assumed)
+            return recording, cycle_spans(recording)
+        chosen, first_row = chosen_part(self.parts, wanted, self.path), options.first_row
+        recording, rows = self._read_part(chosen, assumed)
+        if chosen.name:
+            recording = replace(recording, card=replace(recording.card, part=chosen.name))
+        skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)
+        return recording, spans_of_rows(chosen.cycles, rows + skipped) or cycle_spans(recording)
+
+    def _read_part(self, chosen: Part, assumed: AssumedMotion) -> tuple[Recording, np.ndarray]:
+        """The recording of a part of the file, and the row of each sample; an error names the part."""
+        first_row = self.options.first_row
+        try:
+            part = chosen if first_row is None else chosen.from_row(first_row)
+            return recording_from_table(part, self.options, assumed, self.tables)
+        except InputError as error:
+            from .motion_source import OF_MOTION, motion_advice
+
+            error = motion_advice(error, self.tables, chosen, self.options.columns)
+            if not chosen.name or chosen.name in error.place or error.quantity.startswith(OF_MOTION):
+                raise error from None
+            place = f"{error.place}, {chosen.name}"
+            raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None
 
     def chosen(self) -> list[tuple[str | int | None, str]]:
         """The ``part`` of ``read`` and the name of each recording that ``options.part`` stands for.
@@ -188,54 +236,20 @@ class RecordingFile:
         return [(number if len(names) > 1 else None, names[number - 1]) for number in numbers]
 
 
-def _read_whole(path: Path, parts: Sequence[Part], options: ReadOptions) -> WithCycles:
-    """The recording with its cycles: those that a column counts, or those in the motion."""
-    assumed = AssumedMotion(
-        rate=options.rate,
-        speed=options.speed,
-        step=options.step,
-        stroke=options.stroke,
-        hold=options.hold,
-        start=options.motion_shift,
-        counted=options.test == "indentation",
-    )
-    if not parts:
-        from .log.to_recording import read_recording
-
-        recording = read_recording(path, options, assumed)
-        return recording, cycle_spans(recording)
-    chosen, first_row = chosen_part(parts, options.part, path), options.first_row
-    recording, rows = _read_part(path, chosen, options, assumed)
-    if chosen.name:
-        recording = replace(recording, card=replace(recording.card, part=chosen.name))
-    skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)
-    return recording, spans_of_rows(chosen.cycles, rows + skipped) or cycle_spans(recording)
-
-
-def _read_part(path: Path, chosen: Part, options: ReadOptions, assumed: AssumedMotion) -> tuple[Recording, np.ndarray]:
-    """The recording of a part of a file, and the row of each sample; an error names the part."""
-    try:
-        part = chosen if options.first_row is None else chosen.from_row(options.first_row)
-        return recording_from_table(part, options, assumed)
-    except InputError as error:
-        from .motion_source import OF_MOTION, motion_advice
-
-        error = motion_advice(error, path, chosen, options.columns)
-        if not chosen.name or chosen.name in error.place or error.quantity.startswith(OF_MOTION):
-            raise error from None
-        place = f"{error.place}, {chosen.name}"
-        raise InputError(error.quantity, error.value, error.limit, place, error.next_step) from None
-
-
 def recording_from_table(
     part: Part,
     options: ReadOptions,
     assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
+    tables: Sequence[Table] = (),
 ) -> tuple[Recording, np.ndarray]:
-    """Read one table, also the row of each sample; ``options.columns`` are those of a motion in another table."""
+    """Read one of the ``tables`` of a file, also the row of each sample."""
     table, units = part.table, options.units
     preamble = Preamble(table.comments, str(table.path))
-    source = _motion_source(table.path, preamble, options)
+    source = None
+    if options.motion is not None or options.motion_part is not None or preamble.text("motion") or len(tables) > 1:
+        from .motion_source import motion_source
+
+        source = motion_source(table.path, part, tables, options, preamble)
     wanted = ("time", "force", *AXES) if source else ("time", "force", "depth", "velocity", *AXES)
     within = assumed.without_motion(bool(source))
     main = read_stream(table, part.roles, wanted, of_main(units), assumed=within)
@@ -254,42 +268,8 @@ def recording_from_table(
         remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
     main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
     rows = main.values.pop("row")
-    return _recording(main, preamble, options.filter_length), rows
-
-
-def _motion_source(path: Path, preamble: Preamble, options: ReadOptions) -> "MotionSource | None":
-    """Where the motion is, None if it is in the table of the force."""
-    motion, part, shift = options.motion, options.motion_part, options.motion_shift
-    given = motion is not None or part is not None
-    named = None if given else _motion_of_card(path, preamble)
-    if not given and named is None:
-        return None
-    from .motion_source import MotionSource
-
-    if motion is not None:
-        return MotionSource(path=Path(motion), part=part, shift=shift)
-    if part is not None:
-        return MotionSource(path=path, part=part, same_file=True, shift=shift)
-    return MotionSource(path=named, shift=shift)
-
-
-def _motion_of_card(path: Path, preamble: Preamble) -> Path | None:
-    """The motion file that the card names, which must be in the same folder."""
-    name = preamble.text("motion")
-    if not name:
-        return None
-    filename = Path(name).name
-    if not filename or filename == ".." or "\0" in filename:
-        raise preamble.refusal("motion", "the name of a file in the same folder is needed")
-    return path.with_name(filename)
-
-
-def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
-    values = dict(stream.values)
-    main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
-    notes = dict.fromkeys([*preamble.notes(), *stream.notes])
-    card = preamble.card(stream.place, stream.sha256, filter_length, stream.assumptions)
-    return Recording(**main, axes=values, card=card, notes=tuple(notes))
+    card = preamble.card(main.place, main.sha256, options.filter_length, main.assumptions)
+    return main.recording(card, preamble.notes()), rows
 
 
 def chosen_parts(path: Path, options: ReadOptions) -> list[tuple[str | int | None, str]]:
@@ -311,18 +291,19 @@ def _look(path: Path, given: ReadOptions) -> "Look":
     from .look import Look, column_looks, motion_look, used_quantities
 
     options, sentence = completed(path, given)
+    tables: Sequence[Table] = ()
     parts: Sequence[Part] = ()
     problem, recording, shown, cycles = "", None, None, ()
     form = format_of(path)
     if form != ROS2_BAG:
         open_regular(path).close()
     try:
-        parts = () if form.log else recordings_in(path, options.columns)
+        opened = _opened(path, options, sentence)
+        tables, parts = opened.tables, opened.parts
         names = [part.name for part in parts]
         wanted, cycle = _one_of(*asked(options.part, names), names, str(path))
         shown = chosen_part(parts, wanted, path) if parts and wanted is not None else next(iter(parts), None)
         named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
-        opened = RecordingFile(path=path, options=options, sentence=sentence, parts=parts)
         recording, cycles = opened.read(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
     except InputError as error:
         problem = str(error)
@@ -340,7 +321,7 @@ def _look(path: Path, given: ReadOptions) -> "Look":
         given=given,
         options=options,
         cycles=cycles,
-        motion=motion_look(path, shown, options),
+        motion=motion_look(path, tables, shown, options),
     )
 
 

@@ -17,6 +17,10 @@ COLUMNS = ("time", "depth", "velocity", "force")
 UNITS = {"time": "s", "depth": "m", "velocity": "m/s", "tx": "N m", "ty": "N m", "tz": "N m"}
 
 
+_COPIED_SHARE = 0.1  # of the noise: forces of two files that differ by less are the same readings
+_PEAK_SIGMA = 1.0  # by which the peaks of copies may differ, that were saved with other digits
+_ROUNDING = 1e-9  # of the force: what a conversion of units changes
+_MIN_COPIED, _MAX_LACKING = 20, 0.1  # samples that are compared, and share that one of two may lack
 _DERIVATIVE_WINDOW_S = 0.05  # s: the change of depth over this time gives the velocity
 
 
@@ -95,11 +99,6 @@ class Card:
     filter_length: int = 1
     assumptions: tuple[str, ...] = ()
     part: str = ""
-
-    @property
-    def content(self) -> tuple[str, str]:
-        """What recordings with the same values have in common: the hash of their file, and the part."""
-        return self.sha256, self.part
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -267,3 +266,56 @@ class Recording(Printed):
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
         yield "Assumed", self.card.assumptions
         yield "Notes", [note.message for note in self.notes]
+
+
+def copies(recordings: Sequence[Recording]) -> dict[int, int]:
+    """The recordings of files that have the readings of another one before them.
+
+    Parameters
+    ----------
+    recordings : sequence of Recording
+        In the order in which they are compared.
+
+    Returns
+    -------
+    dict
+        Number of the recording -> number of the first one with its readings.
+
+    Notes
+    -----
+    Files of the same bytes are copies, and so are others whose forces differ by less than a tenth of their noise in the
+    root mean square, however they were saved: of two repeats with independent white noise the difference is 1.4 times
+    the noise, and of 20 samples it is so small once in 1e22 pairs. One may lack samples at one end.
+    """
+    found: dict[int, int] = {}
+    peaks = [float(each.force.max(initial=0.0)) for each in recordings]
+    noises = [_noise(each) for each in recordings]
+    for k, one in enumerate(recordings):
+        for j in range(k if one.card.sha256 else 0):
+            other, tolerance = recordings[j], _COPIED_SHARE * noises[k]
+            if not other.card.sha256 or j in found:
+                continue
+            if one.card.sha256 == other.card.sha256:
+                same = one.card.part == other.card.part
+            else:
+                near = abs(peaks[k] - peaks[j]) <= _PEAK_SIGMA * noises[k] + _ROUNDING * abs(peaks[k])
+                same = near and _have_same_readings(one, other, tolerance)
+            if same:
+                found[k] = j
+                break
+    return found
+
+
+def _noise(recording: Recording) -> float:
+    return float(core.second_difference_noise(recording.force)) if len(recording) > 2 else 0.0
+
+
+def _have_same_readings(one: Recording, other: Recording, tolerance: float) -> bool:
+    """Whether the forces of two recordings, up to the length of the shorter from either end, differ by less than a
+    tolerance [N]."""
+    count = min(len(one), len(other))
+    if count < _MIN_COPIED or not np.ptp(one.force) > 0.0 or max(len(one), len(other)) > (1.0 + _MAX_LACKING) * count:
+        return False
+    tolerance = max(tolerance, _ROUNDING * float(np.ptp(one.force)))
+    pairs = (one.force[:count], other.force[:count]), (one.force[-count:], other.force[-count:])
+    return any(float(np.sqrt(np.mean((a - b) ** 2))) <= tolerance for a, b in pairs)

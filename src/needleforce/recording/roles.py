@@ -3,16 +3,19 @@
 recording."""
 
 import shlex
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from ..errors import InputError
 from ..units import find
-from .quantities import QUANTITIES, RECOGNISED, plain_name, split
+from .quantities import OTHER_WORDS, QUANTITIES, RECOGNISED, plain_name, split
 from .table import Table
 
 MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
+_RECTIFIED = 1e-3  # of the range: an absolute or clipped column agrees with its signed one, but for rounding
 _MAX_LISTED = 16  # columns in a message
 
 
@@ -99,9 +102,8 @@ class Roles:
     def candidates(self, quantity: str) -> list[Column]:
         """The columns without a role that have a unit of a quantity."""
         used = {column.index for column in self.columns.values()}
-        headers, dimension = self.table.headers, self.vocabulary.dimensions[quantity]
-        units = {k: stated_unit(self.table, k) for k in range(len(headers)) if k not in used}
-        return [Column(quantity, headers[k], k, u, "unit") for k, u in units.items() if u and find(u, dimension)]
+        found = _of_dimension(self.table, self.vocabulary.dimensions[quantity], used)
+        return [Column(quantity, self.table.headers[k], k, unit, "unit") for k, unit in found.items()]
 
     def by_unit(self, absent: Sequence[str]) -> dict[str, Column]:
         """Of the ``absent`` quantities those for which one column alone has a unit, of those without a role."""
@@ -123,7 +125,8 @@ def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Voc
     """Assign the columns of a table to the quantities of a vocabulary.
 
     A column is that of the quantity for which it was given; the others are recognised by their headers, the surest way
-    first. Of several with the name of a quantity those with the unit of another one are left out. A header that is
+    first. Columns with the name of a quantity and the unit of another one, such as a depth in per cent, are left out
+    where another column fits. A header that is
     absent, several columns that match one quantity, and a used header that occurs twice are faults, which ``chosen``
     raises.
 
@@ -142,6 +145,7 @@ def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Voc
     """
     faults = {q: _unknown(q, vocabulary) for q in given if q not in vocabulary.dimensions}
     taken: dict[str, tuple[str, list[int]]] = {}
+    others: dict[str, tuple[str, list[int]]] = {}
     for quantity in [q for q in given if q not in faults]:
         try:
             taken[quantity] = "given", _named(table, str(given[quantity]), quantity)
@@ -155,7 +159,14 @@ def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Voc
             if quantity and quantity not in taken and quantity not in faults and index not in used:
                 recognised.setdefault(quantity, []).append(index)
         for quantity, found in recognised.items():
-            taken[quantity] = reason, fitting_unit(table, vocabulary.dimensions[quantity], found)
+            found = fitting_unit(table, vocabulary.dimensions[quantity], found)
+            of_another = _have_another_unit(table, vocabulary.dimensions[quantity], found)
+            (others if of_another else taken).setdefault(quantity, (reason, found))
+    used = {index for _, found in taken.values() for index in found}
+    for quantity in [q for q in others if q not in taken]:
+        headers = [table.headers[k] for k in _of_dimension(table, vocabulary.dimensions[quantity], used)]
+        if len(headers) != 1 or OTHER_WORDS & set(plain_name(split(headers[0])[0]).split("_")):
+            taken[quantity] = others[quantity]
     columns = {}
     for quantity, (reason, found) in taken.items():
         try:
@@ -163,7 +174,53 @@ def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Voc
         except InputError as error:
             faults[quantity] = error
     matches = {quantity: found for quantity, (_, found) in taken.items()}
+    if vocabulary is RECORDINGS and not table.is_large:
+        columns |= _before_rectifying(table, columns)
     return Roles(table=table, given=given, columns=columns, matches=matches, faults=faults, vocabulary=vocabulary)
+
+
+def _before_rectifying(table: Table, columns: Mapping[str, Column]) -> dict[str, Column]:
+    """Force and depth that never are below zero where a column without a role is their signed one: the force is its
+    absolute value, the depth is clipped at zero, but for the zero of the depth."""
+    used, found = {column.index for column in columns.values()}, {}
+    for quantity, column in columns.items():
+        if quantity not in _SIGNED or column.reason == "given":
+            continue
+        free = [k for k in range(len(table.headers)) if k not in used and stated_unit(table, k) == column.unit]
+        values = _readable(table, column.index) if free else None
+        if values is None or not len(values) or values.min() < 0.0 or not np.ptp(values) > 0.0:
+            continue
+        for index in free[:_MAX_LISTED]:
+            other = _readable(table, index)
+            if other is not None and len(other) == len(values) and _SIGNED[quantity](values, other):
+                reason = f"whose {'absolute value' if quantity == 'force' else 'part above zero'} is {column.header!r}"
+                found[quantity] = Column(quantity, table.headers[index], index, column.unit, reason)
+                break
+    return found
+
+
+def _readable(table: Table, index: int) -> np.ndarray | None:
+    """A column of numbers, without those missing; None for one of text."""
+    try:
+        return np.nan_to_num(table.numbers(index))
+    except InputError:
+        return None
+
+
+def _is_absolute(values: np.ndarray, signed: np.ndarray) -> bool:
+    tolerance = _RECTIFIED * float(np.ptp(values))
+    return bool(signed.min() < -tolerance and np.abs(np.abs(signed) - values).max() <= tolerance)
+
+
+def _is_clipped(values: np.ndarray, signed: np.ndarray) -> bool:
+    above, tolerance = values > 0.0, _RECTIFIED * float(np.ptp(values))
+    if above.all():
+        return False
+    moved = float(np.ptp(signed[~above])) > 10.0 * tolerance
+    return moved and float(np.ptp((signed - values)[above])) <= 2.0 * tolerance
+
+
+_SIGNED = {"force": _is_absolute, "depth": _is_clipped}
 
 
 def _unknown(quantity: str, vocabulary: Vocabulary) -> InputError:
@@ -178,6 +235,18 @@ def fitting_unit(table: Table, dimension: str, found: Sequence[int]) -> list[int
     fitting = [not unit or bool(find(unit, dimension)) for unit in units]
     sure = any(fits and unit for fits, unit in zip(fitting, units))
     return [index for index, fits in zip(found, fitting) if fits or not sure]
+
+
+def _have_another_unit(table: Table, dimension: str, found: Sequence[int]) -> bool:
+    """Whether each of some columns has a unit, and none that of the dimension."""
+    units = [stated_unit(table, index) for index in found]
+    return bool(dimension) and all(unit and not find(unit, dimension) for unit in units)
+
+
+def _of_dimension(table: Table, dimension: str, used: Collection[int]) -> dict[int, str]:
+    """Index and unit of the columns, but for those in use, that have a unit of a dimension."""
+    units = {k: stated_unit(table, k) for k in range(len(table.headers)) if k not in used}
+    return {k: unit for k, unit in units.items() if unit and find(unit, dimension)} if dimension else {}
 
 
 def of_main(options: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 repeat of each row, and runs whose time starts again; with the cycles that a column counts."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -11,11 +12,13 @@ import numpy as np
 from ..errors import InputError
 from .formats.rows import MIN_ROWS
 from .quantities import is_unit, plain_name, split
+from .recording import Note
 from .roles import Column, stated_unit
-from .samples import increases
 from .table import Table
 
+_BLOCK = 1 << 20  # samples whose steps are looked at together
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
+_JUMP = 3.0  # times the next step: the depth jumps between two segments
 _MAX_RUNS = 10_000
 _SAME_FORCE = 0.1  # of the range of the force: largest change between two phases
 _PHASE_SHARE = 0.2  # how much nearer a phase begins to the end of the last one than to its beginning
@@ -55,14 +58,23 @@ def is_label(header: str) -> bool:
     return set(plain_name(split(header)[0]).split("_")) <= _LABELS | {"no", "nr", "number", "name", "code", "label"}
 
 
-def runs_of(table: Table, quantities: Mapping[str, Column]) -> Iterator[tuple[str, Table, Cycles]]:
+def runs_of(
+    table: Table, quantities: Mapping[str, Column], by_unit: Mapping[str, Column]
+) -> Iterator[tuple[str, Table, Cycles]]:
     """The recordings in the rows of a table: name, empty if there is one, table, and the cycles that a column counts.
 
-    ``quantities`` are their columns, in whose order the rows are.
+    ``quantities`` are their columns, in whose order the rows are; ``by_unit`` are those of further ones, which show
+    whether a recording continues where its time starts again.
     """
-    labelled = [(name, table.only_rows(rows)) for name, rows in _label_groups(table, quantities)]
+    shown = {**by_unit, **quantities}
+    time = np.empty(0) if table.is_large else values_of(table, shown.get("time"))
+    if table.is_large or (increases(time) and not any(map(row_name, table.headers))):
+        yield "", table, ()
+        return
+    table = _turned(table, time, shown.get("depth"))
+    labelled = [(name, table.only_rows(rows)) for name, rows in _label_groups(table, quantities, shown)]
     for label, rows in labelled or [("", table)]:
-        columns = [quantities.get(quantity) for quantity in ("time", "depth", "force")]
+        columns = [shown.get(quantity) for quantity in ("time", "depth", "force")]
         starts = _starts(values_of(rows, columns[0]))
         depth, force = (values_of(rows, each) if len(starts) > 1 else np.empty(0) for each in columns[1:])
         runs = _joined_phases(starts, depth, force)
@@ -75,6 +87,34 @@ def runs_of(table: Table, quantities: Mapping[str, Column]) -> Iterator[tuple[st
             yield name, run, _counted_cycles(run, quantities)
 
 
+def _turned(table: Table, time: np.ndarray, depth_column: Column | None) -> Table:
+    """The table with the order of the rows reversed wherever its time decreases over 20 rows or more, as in segments of
+    a force curve that are saved from the farthest point on."""
+    falls = np.diff(time) < 0.0
+    if np.count_nonzero(falls) < _MIN_RUN - 1:
+        return table
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], falls, [False])).astype(int)))
+    depth = values_of(table, depth_column)
+    rows, spans = np.arange(len(time)), []
+    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist()):
+        if last - first >= _MIN_RUN - 1:
+            first += any(_ends_a_segment(values, first) for values in (time, depth[: len(time)]))
+            rows[first : last + 1] = rows[first : last + 1][::-1]
+            spans.append((first, last))
+    if not spans:
+        return table
+    first = table.place(spans[0][0])
+    message = f"the time runs back in {len(spans)} segments, the first from {first} on: they are read in order of time"
+    note = Note("phases", message.replace("1 segments, the first from", "the segment from"), len(spans))
+    return replace(table.only_rows(rows), notes=[*table.notes, note])
+
+
+def _ends_a_segment(values: np.ndarray, row: int) -> bool:
+    """Whether a row is the last of a segment and not the first of the next one: (n,) values jump after it."""
+    steps = np.abs(np.diff(values[max(row - 1, 0) : row + 3]))
+    return row > 0 and len(steps) == 3 and bool(steps[1] > max(steps[0], _JUMP * steps[2]))
+
+
 def values_of(table: Table, column: Column | None) -> np.ndarray:
     """The column of each row in the file's unit; empty without one."""
     try:
@@ -83,19 +123,28 @@ def values_of(table: Table, column: Column | None) -> np.ndarray:
         return np.empty(0)
 
 
+def increases(time: np.ndarray) -> bool:
+    """Whether (n,) times, one or more, are finite and never decrease; looked at in blocks, for the sake of memory."""
+    blocks = (time[k : k + _BLOCK + 1] for k in range(0, len(time), _BLOCK))
+    return len(time) > 0 and all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
+
+
 def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) -> list[list[int]]:
     """The first rows of each recording, with those of its phases, of runs whose time starts again.
 
     A run is a phase of the one before, such as the indentation after an approach, if that one went one way or rested,
     and this one begins at the depth and the force at which it ended: five times nearer to this depth than to that where
-    the recording began, and within a tenth of the range of the force. A repeat begins where the recording began, or
-    with another force.
+    the recording began, unless one of them only rests, and within a tenth of the range of the force. A repeat begins
+    where the recording began, or with another force.
     """
     runs = [[starts[0]]]
+    depth, force = (each if len(each) > starts[-1] else np.empty(0) for each in (depth, force))
     span, size = (float(np.ptp(each)) if len(each) else 0.0 for each in (depth, force))
-    for last, row in pairwise(starts):
+    for (last, row), stop in zip(pairwise(starts), [*starts[2:], len(depth)]):
         same_force = not len(force) or abs(force[row] - force[row - 1]) <= _SAME_FORCE * size
-        if len(depth) and same_force and _continues(depth, runs[-1][0], last, row, span):
+        near = _NEAR_START * span
+        rests = len(depth) and float(np.ptp(depth[row:stop])) <= near and abs(depth[row] - depth[row - 1]) <= near
+        if len(depth) and same_force and (rests or _continues(depth, runs[-1][0], last, row, span)):
             runs[-1].append(row)
         else:
             runs.append([row])
@@ -105,6 +154,8 @@ def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) 
 def _continues(depth: np.ndarray, first: int, last: int, row: int, span: float) -> bool:
     """Whether the depth continues at ``row`` what began at ``first``, of which the last phase began at ``last``."""
     began, ended, begins = float(depth[first]), float(depth[row - 1]), float(depth[row])
+    if float(np.ptp(depth[first:row])) <= _NEAR_START * span:  # a rest alone is no recording
+        return abs(begins - ended) <= _NEAR_START * span
     phase = depth[last:row]
     rested = float(np.ptp(phase)) <= _NEAR_START * span
     one_way = rested or abs(ended - float(phase[0])) > 0.5 * float(np.ptp(phase))
@@ -114,7 +165,7 @@ def _continues(depth: np.ndarray, first: int, last: int, row: int, span: float) 
 
 def _starts(time: np.ndarray) -> list[int]:
     """The first row of every run."""
-    if increases(time):
+    if not len(time) or increases(time):
         return [0]
     present = np.flatnonzero(np.isfinite(time))
     if len(present) < 2 * _MIN_RUN:
@@ -129,15 +180,17 @@ def _starts(time: np.ndarray) -> list[int]:
     return [0, *present[falls].tolist()]
 
 
-def _label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[str, np.ndarray]]:
+def _label_groups(
+    table: Table, quantities: Mapping[str, Column], shown: Mapping[str, Column]
+) -> list[tuple[str, np.ndarray]]:
     """The recordings that the labels in a table distinguish.
 
     Parameters
     ----------
     table : Table
         The table.
-    quantities : mapping
-        Quantity -> its column.
+    quantities, shown : mapping
+        As ``quantities`` of ``runs_of``, and these with further ones.
 
     Returns
     -------
@@ -164,6 +217,8 @@ def _label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[
             return []
         others = _free(table, quantities, [k for k in range(len(table.headers)) if k not in named])
         columns = {k: v for k, v in _varying(table, others).items() if _starts_again(order, v, timed)}
+        depth, force = (values_of(table, shown.get(each)) if columns else np.empty(0) for each in ("depth", "force"))
+        columns = {k: v for k, v in columns.items() if not (timed and _are_phases(v, depth, force))}
     return _grouped(table, columns)
 
 
@@ -257,6 +312,12 @@ def _starts_again(order: np.ndarray, values: np.ndarray, timed: bool) -> bool:
     if timed:
         return bool((order[at] < order[at - 1]).all())
     return bool((np.abs(order[at] - order[0]) < np.abs(order[at] - order[at - 1])).all())
+
+
+def _are_phases(values: np.ndarray, depth: np.ndarray, force: np.ndarray) -> bool:
+    """Whether a recording continues where a label changes, as from segment to segment."""
+    starts = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist()]
+    return len(depth) == len(values) and len(_joined_phases(starts, depth, force)) < len(starts)
 
 
 def _grouped(table: Table, columns: Mapping[int, np.ndarray]) -> list[tuple[str, np.ndarray]]:

@@ -12,12 +12,11 @@ from .recording import Note
 from .roles import Column
 from .table import Table
 
-_MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
+MAX_MISSING_SHARE = 0.01  # share of rows with a missing value that may be left out, with a note
 
 
 MOTION = ("depth", "velocity")
 _MAX_SHARED_SHARE = 0.5  # of the smaller stream's rows: more rows with both mean one stream with missing values
-_BLOCK = 1 << 20  # samples whose steps are looked at together
 _GAP_STEPS = 3.0  # median steps: a longer step is a gap
 UNEVEN_SHARE = 0.1  # of the median step: a step that differs by more is uneven
 _MIN_JITTER_SHARE = 0.01  # of all steps: with more uneven ones a note on jitter is made
@@ -134,7 +133,7 @@ def _present(samples: Samples, quantities: list[str], cut_off: bool) -> np.ndarr
 
 def _check_third_stream(samples: Samples, known: np.ndarray, cut_off: bool) -> None:
     rows = np.flatnonzero(~known[: len(known) - cut_off])
-    if len(rows) > _MAX_MISSING_SHARE * len(known):
+    if len(rows) > MAX_MISSING_SHARE * len(known):
         raise InputError(
             "rows with neither force nor motion",
             len(rows),
@@ -178,7 +177,7 @@ def _drop_column_if_incomplete(samples: Samples, quantity: str, required: bool, 
     """Raise InputError for a required column with too many missing values; leave out another one, with a note."""
     gaps = np.flatnonzero(np.isnan(samples.values[quantity]))
     count = len(gaps) - bool(cut_off and len(gaps) and gaps[-1] == len(samples.values[quantity]) - 1)
-    if count <= _MAX_MISSING_SHARE * len(samples.values[quantity]):
+    if count <= MAX_MISSING_SHARE * len(samples.values[quantity]):
         return
     if required:
         raise _not_finite(samples, quantity, gaps, "missing or not a number")
@@ -205,12 +204,6 @@ def put_in_order(samples: Samples) -> None:
     if len(steps) and steps.min() <= 0.0:
         _check_not_decreasing(samples, steps)
         _merge(samples, steps)
-
-
-def increases(time: np.ndarray) -> bool:
-    """Whether (n,) times are finite and never decrease; looked at in blocks, for the sake of memory."""
-    blocks = (time[k : k + _BLOCK + 1] for k in range(0, len(time), _BLOCK))
-    return all(np.isfinite(block).all() and (np.diff(block) >= 0.0).all() for block in blocks)
 
 
 def check_count(samples: Samples) -> None:

@@ -5,7 +5,7 @@ A column is read when it is used, because a wide file has many that nobody needs
 rows, or its columns with a time put together are tables again.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,8 @@ import numpy as np
 
 from ..errors import InputError
 from .recording import Note
+
+_MAX_LISTED = 12  # values in a message
 
 if TYPE_CHECKING:
     from .formats.text_rows import TextRows
@@ -212,6 +214,24 @@ class Table:
         assert isinstance(self.rows, np.ndarray)
         return replace(self, rows=self.rows[rows])
 
+    def in_segment(self, wanted: Mapping[str, str]) -> "Table":
+        """The rows in which each of the ``wanted`` columns has its value, as text or as a number. Raises InputError if
+        there is no such column or value."""
+        chosen = [self._has_value(header, str(value).strip()) for header, value in wanted.items()]
+        return self.only_rows(np.flatnonzero(np.all(chosen, axis=0)))
+
+    def _has_value(self, header: str, value: str) -> np.ndarray:
+        stated = self.lines.stated(header) if self.lines is not None and header not in self.headers else []
+        if header not in self.headers and not any(stated):
+            limit = f"the columns are {', '.join(map(repr, self.headers))}"
+            raise InputError("column of the segment", repr(header), limit, str(self.path), "Give one of them.")
+        cells = stated or self.texts(self.headers.index(header))
+        found = np.array([cell == value or _same_number(cell, value) for cell in cells], bool)
+        if not found.any():
+            limit = f"it contains {', '.join(list(dict.fromkeys(cells))[:_MAX_LISTED])}"
+            raise InputError(f"column {header!r}", f"never {value}", limit, str(self.path), "Give one of its values.")
+        return found
+
     def continue_time(self, index: int, restarts: tuple[int, ...]) -> "Table":
         """The table with the time in column ``index`` continued where its clock starts again, in the rows ``restarts``:
         phases of one recording, each with its own clock."""
@@ -239,6 +259,26 @@ class Table:
         read_texts = self.read_texts and (lambda column: self._whole_texts(column)[skipped:])
         return replace(self, read_column=lambda column: read_from(column, skipped), read_texts=read_texts,
                        first_row=self.first_row + skipped)  # fmt: skip
+
+
+def _same_number(cell: str, value: str) -> bool:
+    try:
+        return float(cell) == float(value)
+    except ValueError:
+        return False
+
+
+def segments_of(tables: Sequence[Table], wanted: Mapping[str, str]) -> Sequence[Table]:
+    """The tables with the rows of a segment, those that have it. Raises InputError, for the first, if none has."""
+    found, refused = [], []
+    for table in tables if wanted else ():
+        try:
+            found.append(table.in_segment(wanted))
+        except InputError as error:
+            refused.append(error)
+    if refused and not found:
+        raise refused[0]
+    return found if wanted else tables
 
 
 def _filled(values: np.ndarray, rows: int) -> np.ndarray:

@@ -71,33 +71,12 @@ def pull_tissue(random: np.random.Generator) -> TensionTest:
 
 
 def tip_deflection(force: float, position: float, length: float, stiffness: float) -> float:
-    """Tip deflection of a clamped rod under a force that remains perpendicular to the undeformed rod.
+    """Deflection [m] of the tip of a clamped rod, L long [m], of the stiffness EI [N m^2], under a force F [N] at a
+    position a from the clamp [m] that remains perpendicular to the undeformed rod.
 
-    Parameters
-    ----------
-    force : float
-        Force F [N], above 0.
-    position : float
-        Position a of the force along the rod from the clamp [m], above 0 and at most ``length``.
-    length : float
-        Length L of the rod [m].
-    stiffness : float
-        Bending stiffness EI [N m^2], above 0.
-
-    Returns
-    -------
-    float
-        Deflection of the tip [m].
-
-    Raises
-    ------
-    InputError
-        If a value is not above 0, or the force is not on the rod.
-
-    Notes
-    -----
     Between clamp and force EI theta'' = -F cos(theta); beyond the force the rod is straight. Solved with elliptic
-    integrals (Bisshopp and Drucker 1945, from memory). For small deflections: F a^2 (3 L - a) / (6 EI).
+    integrals (Bisshopp and Drucker 1945, from memory). For small deflections: F a^2 (3 L - a) / (6 EI). Raises
+    InputError if a value is not above 0, or the force is not on the rod.
     """
     _check(force, position, length, stiffness)
     from scipy.special import ellipe, ellipeinc

@@ -8,16 +8,15 @@ from numbers import Integral
 import numpy as np
 
 from .. import core
-from ..display.quantities import plain
 from ..errors import InputError
-from ..recording.force_signal import glitches, outliers, quantum_of, spikes, without_outliers
+from ..recording.force_signal import outliers, quantum_of, without_outliers
 from ..recording.source import RecordingSource, recording_of
 from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
-from .doubtful import doubtful
+from .doubtful import baseline_step, doubtful, no_contact, unreadable
 from .events import Events, Span
-from .strokes import MIN_RANGE_M, cycles, insertions
+from .strokes import cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -25,14 +24,11 @@ NO_PUNCTURE = "There is no puncture."
 NO_EXIT_TENSION = "The needle is back at the contact depth, but no tension during withdrawal shows the exit."
 NOT_AT_BASELINE = "The needle is back at the contact depth, but the force is not at its baseline: no exit is found."
 WITHDRAWAL_INCOMPLETE = "The withdrawal ends below the contact depth: the recording is incomplete."
-WITHDRAWN_ONLY = "The depth only decreases: the needle is withdrawn, and there is no insertion."
 LITTLE_FREE_TRAVEL = "There is too little free travel before the contact: its depth is uncertain."
 IN_CONTACT = (
     "The recording begins in contact, or just before it: the contact is not later than given, and the zero of the "
     "force is not shown."
 )
-MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
-MIN_ORDERED = 50  # samples of a depth whose order is judged
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -105,11 +101,13 @@ def segment(
     spans = phases(time, touching)
     remarks = _outlier_note(spikes_at)
     if not touching:
-        notes = (no_contact(time, depth, force, bool(found)), *remarks)
+        notes = (no_contact(time, depth, force, quantum, moved=bool(found)), *remarks)
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
     first = next((number for number, each in enumerate(touching) if each.punctures), 0)
     chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
+    if step := baseline_step(time, clean, quantum, stop=int(np.searchsorted(time, chosen.contact.time))):
+        remarks += (step,)
     reason = () if chosen.punctures else (NO_PUNCTURE,)
     return Events(
         contact=chosen.contact,
@@ -195,24 +193,6 @@ def check(crossing: float, drop: float, within: float, cycle: int) -> None:
         raise InputError("cycle", repr(cycle), limit, "segment", "Give 0 for the first insertion.")
 
 
-def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, moved: bool) -> str:
-    """Why there is no contact: the needle did not move inwards, or the force does not show it."""
-    if not moved:
-        withdrawn = len(depth) > 2 and depth[0] - depth[-1] > 0.5 * float(np.ptp(depth)) > 0.0
-        if withdrawn:
-            return WITHDRAWN_ONLY
-        if len(depth) and 0.0 < (span := float(np.ptp(depth))) <= MIN_RANGE_M:
-            small = (
-                f"The depth changes by {plain(span, 'm')}, and events are searched from {plain(MIN_RANGE_M, 'm')} on"
-            )
-            return f"{small}. For an indentation use needleforce indentation."
-        return "The depth never increases: the needle does not move inwards."
-    found = glitches(force)
-    if not len(found):
-        return "The force never exceeds the noise of its baseline: there is no contact."
-    return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
-
-
 def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndarray) -> tuple[Status, tuple[str, ...]]:
     """The status of one of ``count`` insertions in (n,) depth and force, and notes for the user."""
     notes = [] if chosen.free else [IN_CONTACT if chosen.in_contact else LITTLE_FREE_TRAVEL]
@@ -249,17 +229,3 @@ def _no_exit(chosen: CycleEvents, depth: np.ndarray, force: np.ndarray) -> str:
     change = abs(core.median(force[cycle.withdrawal_start + back]) - level)
     peak = float(np.max(np.abs(force[cycle.start : cycle.stop] - level)))
     return NO_EXIT_TENSION if change <= max(5.0 * chosen.noise, MAX_BASELINE_CHANGE * peak) else NOT_AT_BASELINE
-
-
-def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
-    """Why (n,) time, depth and force cannot be segmented; empty if they can."""
-    if not all(np.isfinite(values).all() for values in (time, depth, force)):
-        return "The recording contains values that are not finite."
-    back = np.flatnonzero(np.diff(time) <= 0.0)
-    if len(back):
-        where = f"at {len(back)} places, first at sample {back[0] + 1}"
-        return f"The time does not increase from sample to sample: {where}. Sort the samples by time."
-    size = float(np.ptp(depth)) if len(depth) >= MIN_ORDERED else 0.0
-    if size > 0.0 and core.noise_exceeds(depth, MAX_ALTERNATION_SHARE * size):
-        return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
-    return ""

@@ -15,6 +15,7 @@ from ..errors import InputError
 from ..files import atomic_write
 from ..models.flexible_insertion import FlexibleInsertion
 from ..recording.formats.detect import tables_of
+from ..recording.roles import Vocabulary, assign_columns
 from ..recording.table import Table
 from .tip_paths import TipPath
 
@@ -81,16 +82,22 @@ class BaseMotion:
     def read(cls, path: str | os.PathLike) -> "BaseMotion":
         """Read the rows that ``write`` wrote. Raises InputError if a column is missing or a cell is no number."""
         (table,) = tables_of(Path(path))[:1]
-        if missing := [name for name in COLUMNS if name not in table.headers]:
+        found = assign_columns(table, {}, _VOCABULARY).matches
+        if missing := [name for name in COLUMNS if name not in found]:
             step = f"Give the columns {', '.join(COLUMNS)}."
             raise InputError("columns", ", ".join(table.headers), f"{missing[0]} is missing", str(path), step)
-        series = [_numbers(table, name) for name in COLUMNS]
+        series = [_numbers(table, name, found[name][0]) for name in COLUMNS]
         depth, x, y, roll = (np.asarray(each) for each in series)
         return cls(1e-3 * depth, 1e-3 * np.column_stack([x, y]), np.radians(roll))
 
 
-def _numbers(table: Table, name: str) -> np.ndarray:
-    values = table.numbers(table.headers.index(name))
+_VOCABULARY = Vocabulary(
+    dimensions=dict.fromkeys(COLUMNS, ""), recognised={"name": lambda header: header if header in COLUMNS else None}
+)
+
+
+def _numbers(table: Table, name: str, index: int) -> np.ndarray:
+    values = table.numbers(index)
     if not np.all(np.isfinite(values)):
         row = int(np.argmax(~np.isfinite(values)))
         raise InputError(name, "empty or no number", "in one row", table.place(row), "Correct the cell.")

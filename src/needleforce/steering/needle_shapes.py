@@ -11,11 +11,12 @@ import numpy as np
 from ..checks import finite_array
 from ..errors import InputError
 from ..recording.formats.detect import tables_of
+from ..recording.roles import Column, Vocabulary, assign_columns
 from ..recording.table import Table
-from ..units import parse
-from .tip_path_tables import AXES, split_header
+from .tip_path_tables import AXES, column_at, lengths, split_header
 
 _LABELS = ("insertion", "insertion_hole", "hole", "needle", "trial", "run", "file", "source", "sensor")
+_WANTED = (*AXES, "depth")
 _FEWEST = 4  # points of a shape
 _SHORT_OF_DEPTH = 0.1  # by which a tip may be less deep than the needle's travel: slopes of 0.45 make 10 %
 
@@ -98,27 +99,32 @@ def read_shapes(file: str | PathLike, *, unit: str | None = None) -> list[Needle
         at its depth: z is 0 at the surface.
     """
     table = tables_of(Path(file))[0]
-    names = [split_header(header) for header in table.headers]
-    wanted = {name: k for k, (name, _) in enumerate(names) if name in (*AXES, "depth")}
-    if missing := [name for name in (*AXES, "depth") if name not in wanted]:
+    found = assign_columns(table, {}, _VOCABULARY).matches
+    if missing := [name for name in _WANTED if name not in found]:
         step = "Name them x_mm, y_mm, z_mm and depth_mm."
         raise InputError("columns", ", ".join(table.headers), f"{missing[0]} is missing", str(file), step)
-    series = {name: _lengths(table, k, names[k][1] or unit) for name, k in wanted.items()}
-    labels = [table.texts(k) for k, (name, _) in enumerate(names) if name in _LABELS]
+    series = {name: _lengths(table, column_at(table, name, found[name][-1]), unit) for name in found if name != "label"}
+    labels = [table.texts(k) for k in found.get("label", ())]
     keys = list(zip(*labels, series["depth"])) if labels else [(depth,) for depth in series["depth"]]
     return [_shape(key, series, keys, str(file)) for key in dict.fromkeys(keys)]
 
 
-def _lengths(table: Table, index: int, unit: str | None) -> np.ndarray:
-    header = table.headers[index]
-    if not unit:
-        step = "Name the column with its unit (x_mm), or give unit='mm'."
-        raise InputError(header, "no unit", "a unit is needed", str(table.path), step)
-    values = table.numbers(index)
+def _quantity(header: str) -> str | None:
+    """The quantity of a header: of a point, of its insertion, or ``label``."""
+    name = split_header(header)[0]
+    return name if name in _WANTED else "label" if name in _LABELS else None
+
+
+_VOCABULARY = Vocabulary(dimensions=dict.fromkeys((*_WANTED, "label"), ""), recognised={"name": _quantity})
+
+
+def _lengths(table: Table, source: Column, unit: str | None) -> np.ndarray:
+    values = table.numbers(source.index)
+    found = lengths(values, source, table, unit)
     if not np.all(np.isfinite(values)):
         row = int(np.argmax(~np.isfinite(values)))
-        raise InputError(header, "empty or no number", "in one row", table.place(row), "Leave the row out.")
-    return parse(unit, "length", header, str(table.path)).to_si(values)
+        raise InputError(source.header, "empty or no number", "in one row", table.place(row), "Leave the row out.")
+    return found
 
 
 def _shape(key: tuple, series: dict[str, np.ndarray], keys: list[tuple], file: str) -> NeedleShape:

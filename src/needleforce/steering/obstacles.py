@@ -75,13 +75,8 @@ Obstacle = Sphere | Box | Callable[[np.ndarray], np.ndarray]
 
 
 def distance_to(obstacles: Sequence[Obstacle], points: np.ndarray) -> np.ndarray:
-    """Signed distance of points (n, 3) from the nearest obstacle, (n,) [m]; infinity if there is none.
-
-    Raises
-    ------
-    InputError
-        If a function returns another shape or a value that is not a number.
-    """
+    """Signed distance of points (n, 3) from the nearest obstacle, (n,) [m]; infinity if there is none. Raises
+    InputError if a function returns another shape or a value that is not a number."""
     nearest = np.full(len(points), np.inf)
     for obstacle in obstacles:
         if isinstance(obstacle, Sphere | Box):

@@ -21,17 +21,9 @@ _SHORTEST = 1e-3  # [m]
 
 @dataclass(frozen=True)
 class PathReadings:
-    """What was read of one insertion.
+    """What was read of one insertion: where, and whether slopes were read, too."""
 
-    Attributes
-    ----------
-    depth : ndarray, shape (n,)
-        Travel of the tip in tissue [m].
-    sloped : bool
-        Whether slopes were read, too.
-    """
-
-    depth: np.ndarray
+    depth: np.ndarray  # [m] travel of the tip in tissue
     sloped: bool
 
     def __len__(self) -> int:
@@ -39,15 +31,9 @@ class PathReadings:
 
 
 class PathErrors:
-    """Lateral errors of one law on several insertions, as normal processes along the path; x and y are independent.
+    """Lateral errors of one law on several insertions, those with which it was identified, as normal processes along
+    the path; x and y are independent.
 
-    Parameters
-    ----------
-    readings : sequence of PathReadings
-        Of the insertions with which the law was identified.
-
-    Notes
-    -----
     Error of position: offset + tilt s + own(s) + common(s) + noise. The own error has a curvature of white noise, so
     that cov(own(s), own(t)) = q m^2 (3 M - m) / 6 with the smaller m and larger M of s and t (an integrated Wiener
     process). The slope of the common error has the covariance sd^2 exp(-(s - t)^2 / 2 l^2). Errors of slope are the
@@ -76,23 +62,8 @@ class PathErrors:
     def expected(
         self, residuals: Sequence[np.ndarray], entry: PathReadings, seen: np.ndarray, depth: np.ndarray
     ) -> np.ndarray:
-        """Error of position along another insertion, of which some rows were read.
-
-        Parameters
-        ----------
-        residuals : sequence of ndarray
-            Of the insertions with which the law was identified.
-        entry : PathReadings
-            The rows that were read.
-        seen : ndarray, shape (m, 2) or (2 m, 2)
-            Their residuals.
-        depth : ndarray, shape (n,)
-            Where the error is expected [m].
-
-        Returns
-        -------
-        ndarray, shape (n, 2)
-            Expected error [m].
+        """Error of position that is expected at depths (n,) [m] along another insertion, (n, 2) [m]: from the residuals
+        of the insertions with which the law was identified, and those ``seen`` in the rows of this one that were read.
         """
         grid = np.linspace(0.0, max(depth.max(), _SHORTEST), _GRID)
         there = PathReadings(grid, sloped=False)

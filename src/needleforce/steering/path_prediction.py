@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import InputError
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings, between
 from .path_simulation import SimulatedPath, Simulation
-from .steering_parameters import STEP, Parameter, deviations_of, search_values
+from .steering_parameters import STEP, Parameter, deviations_of
 from .tip_paths import TipPath
 
 
@@ -37,21 +37,11 @@ def _start(simulated: SimulatedPath, path: TipPath) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Sensitive:
-    """Readings of one insertion, linear in the parameters.
-
-    Attributes
-    ----------
-    readings : PathReadings
-        Where tip and slope were read.
-    residuals : ndarray, shape (m, 2)
-        What was read less what is simulated.
-    slopes : ndarray, shape (p, m, 2)
-        Change of the residuals by each parameter, in units of the standard deviation of its prior.
-    """
+    """Readings of one insertion, linear in the parameters."""
 
     readings: PathReadings
-    residuals: np.ndarray
-    slopes: np.ndarray
+    residuals: np.ndarray  # (m, 2) what was read less what is simulated
+    slopes: np.ndarray  # (p, m, 2) of the residuals, by each parameter in standard deviations of its prior
 
     def rows(self, depths: np.ndarray) -> "Sensitive":
         """Those at some of the depths, by index; of a sloped one the slopes there, too."""
@@ -84,22 +74,9 @@ def _prior_covariance(known: Sequence[Sensitive]) -> np.ndarray:
 def expected_errors(
     known: Sequence[Sensitive], entry: Sensitive, there: Sensitive, deviations: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals of the tip of one insertion that follow from other insertions and from its own entry.
-
-    Parameters
-    ----------
-    known : sequence of Sensitive
-        The other insertions.
-    entry, there : Sensitive
-        The rows of this insertion that were read, and the positions that are sought.
-    deviations : ndarray, shape (p,)
-        Of the identified parameters from the means of their priors, in standard deviations.
-
-    Returns
-    -------
-    mean, sd : ndarray, shape (n, 2)
-        Expected residual and its standard deviation [m].
-    """
+    """Residuals of the tip of one insertion that follow from other, known ones and from its own entry, the rows of it
+    that were read: mean and standard deviation ``there``, (n, 2) each [m]. ``deviations`` (p,) are those of the
+    identified parameters from the means of their priors, in standard deviations."""
     given = [*known, entry]
     residuals = _both(np.concatenate([each.residuals for each in given]))
     slopes = _both(np.concatenate([each.slopes for each in given], axis=1))
@@ -116,36 +93,18 @@ def expected_errors(
 
 @dataclass(frozen=True)
 class PathPredictor:
-    """Predicts other insertions of the same tissue.
+    """Predicts other insertions of the same tissue, from those of a fit; a needle whose parameters are given has
+    none."""
 
-    Attributes
-    ----------
-    simulate : callable
-        Parameters and the motion of an insertion -> its tip by the mechanics.
-    values : dict of str to float
-        The identified parameters.
-    insertions : tuple of TipPath
-        From which; none for a needle whose parameters are given.
-    parameters : tuple of Parameter
-        Their priors.
-    covariance : ndarray, shape (p, p), optional
-        Of the errors of the values, in standard deviations of the priors.
-    """
-
-    simulate: Simulation
-    values: dict[str, float]
+    simulate: Simulation  # parameters and the motion of an insertion -> its tip by the mechanics
+    values: dict[str, float]  # the identified parameters
     insertions: tuple[TipPath, ...] = ()
-    parameters: Sequence[Parameter] = ()
-    covariance: np.ndarray | None = None
+    parameters: Sequence[Parameter] = ()  # with their priors
+    covariance: np.ndarray | None = None  # (p, p) of the errors, in standard deviations of the priors
 
     def tip(self, path: TipPath) -> np.ndarray:
-        """Position of the tip (n, 3) [m] for the motion of the base and the entry.
-
-        Raises
-        ------
-        InputError
-            If the needle buckles on the way, or is too short for it.
-        """
+        """Position of the tip (n, 3) [m] for the motion of the base and the entry. Raises InputError if the needle
+        buckles on the way, or is too short for it."""
         simulated = self.simulate(self.values, path)
         if simulated.lost.any():
             depth = f"{1e3 * path.depth[int(np.argmax(simulated.lost))]:.1f} mm"
@@ -220,7 +179,7 @@ class PathPredictor:
         for parameter in self.parameters:
             number, step = parameter.inside(self.values[parameter.name]), STEP * parameter.spread
             step = step if parameter.outside(number + step) <= parameter.high else -step
-            moved = self.values | search_values([parameter], np.array([number + step]))
+            moved = self.values | {parameter.name: parameter.outside(number + step)}
             slopes.append((self._residuals_with(moved, path, rows) - here) * (parameter.spread / step))
         stacked = np.array(slopes).reshape(len(slopes), *here.shape)
         if not self.insertions and self.covariance is not None:

@@ -24,31 +24,15 @@ Simulation = Callable[..., "SimulatedPath"]
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatedPath:
-    """One insertion for given parameters, before its own pose.
+    """One insertion for given parameters, before its own pose."""
 
-    Attributes
-    ----------
-    tip, slope : ndarray, shape (n, 2)
-        Lateral position of the tip [m] and slope that its sensor shows [1].
-    depth : ndarray, shape (n,)
-        Travel in tissue [m].
-    along : ndarray, shape (n,)
-        Position of the tip along the insertion [m].
-    wrench : ndarray, shape (n, 6)
-        Of the tissue on the needle at the base [N], [N m].
-    force : ndarray, shape (n,)
-        Along the axis [N]; 0 without a model of the axial force.
-    lost : ndarray of bool, shape (n,)
-        Where the needle buckled, or a step was impossible.
-    """
-
-    tip: np.ndarray
-    slope: np.ndarray
-    depth: np.ndarray
-    along: np.ndarray
-    wrench: np.ndarray
-    force: np.ndarray
-    lost: np.ndarray
+    tip: np.ndarray  # (n, 2) [m] across
+    slope: np.ndarray  # (n, 2) that the sensor in the tip shows
+    depth: np.ndarray  # (n,) [m] travel in tissue
+    along: np.ndarray  # (n,) [m] position of the tip along the insertion
+    wrench: np.ndarray  # (n, 6) [N], [N m] of the tissue on the needle at the base
+    force: np.ndarray  # (n,) [N] along the axis; 0 without a model of the axial force
+    lost: np.ndarray  # (n,) where the needle buckled, or a step was impossible
 
 
 def lateral_layers(values: dict[str, float], tip_force: float) -> list[core.LateralLayer]:

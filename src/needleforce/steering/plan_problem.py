@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Planning as least squares: knots of base motion in, distances from target, obstacles and limits out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from .tip_paths import TipPath
 # residuals are in units of these
 TARGET = 2e-5  # [m]
 CLEARANCE = 2e-5  # [m] kept beyond the one that is asked for
+TOLERANCE = 1e-4  # [m] of a target that is reached
 OVER_LIMIT = 1e-2  # share of a limit that a plan may exceed
 # obstacles and limits are kept before the target is met
 _NEARER = 2e-6  # [m] than that
@@ -64,16 +65,9 @@ class SteeringLimits:
     max_moment: float = np.inf
 
     def __post_init__(self) -> None:
-        for quantity in (
-            "max_lateral",
-            "max_lateral_step",
-            "steer_from",
-            "max_force",
-            "max_lateral_force",
-            "max_moment",
-        ):
-            value = getattr(self, quantity)
-            low = "above 0" if quantity in ("max_force", "max_lateral_force", "max_moment") else "at least 0"
+        loads = ("max_force", "max_lateral_force", "max_moment")
+        for quantity in ("max_lateral", "max_lateral_step", "steer_from", *loads):
+            value, low = getattr(self, quantity), "above 0" if quantity in loads else "at least 0"
             if not (value > 0.0 or (value == 0.0 and low == "at least 0")):
                 raise InputError(quantity, value, f"must be {low}", next_step="Give it in SI units.")
         if not (self.rolls or self.moves):
@@ -88,39 +82,17 @@ class SteeringLimits:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PlanProblem:
-    """What is planned: rows of base motion from the executed ones to the target's depth.
-
-    Attributes
-    ----------
-    model : SteeringModel
-        The needle.
-    target : ndarray, shape (3,)
-        From the point of entry [m].
-    depths : ndarray, shape (n,)
-        Depth of each row [m]; the last is that of the target.
-    executed : BaseMotion
-        The rows that were executed, at least the first.
-    readings : TipPath, optional
-        Tip and base of the executed rows; without it the tip is at the origin in the first row.
-    limits : SteeringLimits
-        Of base motion and forces.
-    obstacles : sequence
-        To be avoided.
-    clearance : float
-        Distance to be kept from them [m].
-    axial : Model, optional
-        Laws of the axial force.
-    """
+    """What is planned: rows of base motion from the executed ones to the target's depth."""
 
     model: SteeringModel
-    target: np.ndarray
-    depths: np.ndarray
-    executed: BaseMotion
+    target: np.ndarray  # (3,) [m] from the point of entry
+    depths: np.ndarray  # (n,) [m] of each row; the last is that of the target
+    executed: BaseMotion  # at least the first row
     limits: SteeringLimits
-    readings: TipPath | None = None
+    readings: TipPath | None = None  # of the executed rows; without them the tip is at the origin in the first row
     obstacles: Sequence[Obstacle] = ()
-    clearance: float = 0.0
-    axial: Model | None = None
+    clearance: float = 0.0  # [m] kept from the obstacles
+    axial: Model | None = None  # laws of the axial force
     effort: float = EFFORT
     replays: Replays = field(default_factory=dict)
 
@@ -147,9 +119,12 @@ class PlanProblem:
         turned = np.full(self.free, self.executed.roll[-1])
         if self.limits.rolls:
             turned = roll[np.maximum(np.searchsorted(self.knots, rows, side="right") - 1, 0)]
-        return BaseMotion(
-            self.depths, np.vstack([self.executed.lateral, across]), np.append(self.executed.roll, turned)
-        )
+        return self._continued(across, turned)
+
+    def _continued(self, across: np.ndarray, turned: np.ndarray) -> BaseMotion:
+        """The executed rows, and behind them free ones."""
+        lateral, roll = np.vstack([self.executed.lateral, across]), np.append(self.executed.roll, turned)
+        return BaseMotion(self.depths, lateral, roll)
 
     def start(self, direction: float | None = None, share: float = 0.0) -> np.ndarray:
         """Numbers to begin with: the base where it is, or towards a direction [rad] by a share of its limit."""
@@ -195,11 +170,7 @@ class PlanProblem:
         """Expected difference between the tip and the simulated one in all rows, (n, 2) [m], given the executed rows
         and the fit; it does not depend on the motion to come."""
         still = np.tile(self.executed.lateral[-1], (self.free, 1))
-        turned = np.full(self.free, self.executed.roll[-1])
-        motion = BaseMotion(
-            self.depths, np.vstack([self.executed.lateral, still]), np.append(self.executed.roll, turned)
-        )
-        path = self.path(motion)
+        path = self.path(self._continued(still, np.full(self.free, self.executed.roll[-1])))
         simulated = self.model.simulated(path, self.axial, self.replays)
         return self.model.predictor.expected_error(simulated, path, path.compared_until(len(self.executed)))
 
@@ -230,6 +201,23 @@ class PlanProblem:
         columns = (tip[:, 0], tip[:, 1], tip[:, 2], np.broadcast_to(radius, len(tip)))
         *points, less = (np.interp(dense, np.arange(len(tip)), column) for column in columns)
         return distance_to(self.obstacles, np.column_stack(points)) - less
+
+    def faults(self, motion: BaseMotion, simulated: SimulatedPath, miss: float, distance: float) -> Iterator[str]:
+        """What keeps a motion, which misses the target and passes obstacles by distances [m], from being executed."""
+        if miss > TOLERANCE:
+            yield f"the target is out of reach by {1e3 * miss:.2f} mm"
+        if distance < self.clearance:
+            clearance = f"the clearance of {1e3 * self.clearance:.2f} mm"
+            yield f"an obstacle is {1e3 * distance:.2f} mm away, less than {clearance}"
+        for load in loads_of(simulated, self.limits):
+            if load.sizes.max() > load.limit * (1.0 + OVER_LIMIT):
+                row = int(np.argmax(load.sizes))
+                size = f"{load.name} is {load.sizes[row]:.3g} {load.unit}"
+                depth = f"{1e3 * motion.depth[row]:.1f} mm"
+                yield f"{size} at a depth of {depth}; the limit is {load.limit:.3g} {load.unit}"
+        if simulated.lost.any():
+            depth = 1e3 * motion.depth[int(np.argmax(simulated.lost))]
+            yield f"the needle buckles, or the step is impossible, at a depth of {depth:.1f} mm"
 
     @cached_property
     def _between(self) -> np.ndarray:

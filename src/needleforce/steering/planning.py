@@ -18,7 +18,7 @@ from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .base_motion import COLUMNS, BaseMotion
 from .obstacles import Obstacle, distance_to
-from .plan_problem import OVER_LIMIT, PlanProblem, SteeringLimits, loads_of
+from .plan_problem import PlanProblem, SteeringLimits
 from .plan_search import Search, best
 from .steering_model import SteeringModel, steering_model
 from .tip_paths import TIP_COLUMNS, TipPath
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from ..display.page import Page
 
-TOLERANCE = 1e-4  # [m] of a target that is reached
 MAX_ROWS = 400
 
 
@@ -307,25 +306,9 @@ def _planned(problem: PlanProblem, before: BaseMotion | None, progress: Callable
         wrench=simulated.wrench,
         miss=miss,
         clearance=distance,
-        faults=tuple(_faults(problem, simulated, motion, miss, distance)),
+        faults=tuple(problem.faults(motion, simulated, miss, distance)),
         problem=problem,
     )
-
-
-def _faults(problem, simulated, motion, miss, distance):  # type: ignore[no-untyped-def]
-    if miss > TOLERANCE:
-        yield f"the target is out of reach by {1e3 * miss:.2f} mm"
-    if distance < problem.clearance:
-        clearance = f"the clearance of {1e3 * problem.clearance:.2f} mm"
-        yield f"an obstacle is {1e3 * distance:.2f} mm away, less than {clearance}"
-    for load in loads_of(simulated, problem.limits):
-        if load.sizes.max() > load.limit * (1.0 + OVER_LIMIT):
-            row = int(np.argmax(load.sizes))
-            size = f"{load.name} is {load.sizes[row]:.3g} {load.unit}"
-            yield f"{size} at a depth of {1e3 * motion.depth[row]:.1f} mm; the limit is {load.limit:.3g} {load.unit}"
-    if simulated.lost.any():
-        depth = 1e3 * motion.depth[int(np.argmax(simulated.lost))]
-        yield f"the needle buckles, or the step is impossible, at a depth of {depth:.1f} mm"
 
 
 def _target(target: ArrayLike) -> np.ndarray:
@@ -345,13 +328,8 @@ def _check(
         raise InputError("step", f"{1e3 * step:g} mm", limit, next_step="Give longer steps.")
     reach = model.needle.length - model.values.get("guide_distance", 0.0)
     if target[2] > reach:
-        step_back = "Give a longer needle or a nearer target."
-        raise InputError(
-            "depth of the target",
-            f"{1e3 * target[2]:g} mm",
-            f"the needle reaches {1e3 * reach:g} mm",
-            next_step=step_back,
-        )
+        limit, step_back = f"the needle reaches {1e3 * reach:g} mm", "Give a longer needle or a nearer target."
+        raise InputError("depth of the target", f"{1e3 * target[2]:g} mm", limit, next_step=step_back)
     not_below_zero("clearance", clearance, "m")
     for name, point in (("target", target), ("point of entry", np.zeros(3))):
         distance = float(distance_to(obstacles, point[None])[0])

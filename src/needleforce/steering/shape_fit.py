@@ -4,7 +4,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,10 +15,9 @@ from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from .needle_shapes import NeedleShape
 from .path_errors import OFFSET_SPREAD, POSITION_NOISE, TILT_SPREAD, UNEVENNESS, integrated_wiener
-from .path_prediction import PathPredictor
-from .path_simulation import bevel_length_of, simulated_path
+from .path_simulation import bevel_length_of
 from .result import SteeringResult
-from .steering_model import SteeringModel
+from .steering_model import identified_model
 from .steering_parameters import ALIGNED, SHAPE_MODELS, Progress, search, within_reach
 
 _POINTS = 20  # of a shape that are compared
@@ -38,13 +36,8 @@ class ShapeFit(SteeringResult):
 
     def predict(self, shape: NeedleShape) -> np.ndarray:
         """The shape that follows from base and tip of a measured one, at its points, (n, 3) [m]."""
-        slope = _base_slope(shape)
-        points = needle_shape(
-            self.model.needle,
-            self.model.values["modulus"],
-            shape.tip - np.append(shape.points[0, :2], 0.0),
-            slope=slope,
-        )
+        tip, modulus = shape.tip - np.append(shape.points[0, :2], 0.0), self.model.values["modulus"]
+        points = needle_shape(self.model.needle, modulus, tip, slope=_base_slope(shape))
         along = shape.points[:, 2]
         across = np.column_stack([np.interp(along, points[:, 2], column) for column in points[:, :2].T])
         return np.column_stack([across + shape.points[0, :2], along])
@@ -136,30 +129,11 @@ def _base_slope(shape: NeedleShape) -> tuple[float, float]:
 def identify_shapes(
     shapes: Sequence[NeedleShape], needle: core.Needle, *, model: str = "linear", progress: Progress | None = None
 ) -> ShapeFit:
-    """Identify tissue and tip force from shapes. ``nf.steering.identify`` calls it for ``NeedleShape``.
+    """Identify tissue and tip force from shapes: ``nf.steering.identify`` for ``NeedleShape``.
 
     Each shape has a pose of its own and a direction of its own in which it bends, as the roll of a needle is seldom
-    known; the size of the tip's force and the tissue are common.
-
-    Parameters
-    ----------
-    shapes : sequence of NeedleShape
-        Of one tissue, of needles that were pushed in without motion of the base.
-    needle : Needle
-        Its bending stiffness.
-    model : str
-        ``"linear"``.
-    progress : callable, optional
-        Called with the number of evaluations and the cost.
-
-    Returns
-    -------
-    ShapeFit
-
-    Raises
-    ------
-    InputError
-        If the model is unknown or there is no shape.
+    known; the size of the tip's force and the tissue are common. Raises InputError if the model is unknown or there is
+    no shape.
     """
     one_of("model", model, SHAPE_MODELS)
     if not shapes:
@@ -171,7 +145,8 @@ def identify_shapes(
     def misfit(values: dict[str, float]) -> np.ndarray:
         parts = []
         for each, along, factor, measured in zip(shapes, places, factors, planes):
-            simulated = _simulated(values, needle, each.depth)
+            travel, guide = each.depth - values["surface"], values["guide_distance"]
+            simulated = _pushed(needle, values["modulus"], values["tip_force"], travel, guide_distance=guide)
             residuals = measured - np.interp(along, simulated[:, 2], simulated[:, 0])
             parts.append(np.linalg.solve(factor, residuals))
         return np.concatenate(parts)
@@ -179,16 +154,11 @@ def identify_shapes(
     parameters = within_reach(SHAPE_MODELS[model], needle.length, max(each.depth for each in shapes))
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
-    fit = ShapeFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
+    fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)
+    fit = ShapeFit(fitted, found.estimates, found.trade_offs, {})
     off = {each.name: fit.predict(each)[:, :2] - each.points[:, :2] for each in shapes}
     rms = {name: float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) for name, apart in off.items()}
     return replace(fit, rms=rms)
-
-
-def _simulated(values: dict[str, float], needle: core.Needle, depth: float) -> np.ndarray:
-    travel, guide = depth - values["surface"], values["guide_distance"]
-    return _pushed(needle, values["modulus"], values["tip_force"], travel, guide_distance=guide)
 
 
 def _in_plane(shape: NeedleShape, along: np.ndarray) -> np.ndarray:

@@ -3,7 +3,6 @@
 
 import os
 from collections.abc import Sequence
-from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -14,9 +13,7 @@ from ..errors import InputError
 from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ..preset_files.build import make_needle, needle_lines
 from ..preset_files.schema import NeedleSection
-from .path_prediction import PathPredictor
-from .path_simulation import simulated_path
-from .steering_model import SteeringModel
+from .steering_model import SteeringModel, identified_model
 from .steering_parameters import ALIGNED, MODELS, SHAPE_MODELS, WRENCH_MODELS, Parameter
 from .tip_paths import TipPath
 
@@ -49,13 +46,8 @@ class SteeringFile(msgspec.Struct, forbid_unknown_fields=True):
 
 
 def save(model: SteeringModel, path: str | os.PathLike) -> None:
-    """Write an identified model as a file that ``load`` reads as an equal one.
-
-    Raises
-    ------
-    InputError
-        If the model was not identified, or the file cannot be written.
-    """
+    """Write an identified model as a file that ``load`` reads as an equal one. Raises InputError if the model was not
+    identified, or the file cannot be written."""
     if not model.identified or model.predictor.covariance is None:
         raise InputError("model", model.form, "not identified", next_step="Save the values of your insertion yourself.")
     names = [parameter.name for parameter in model.predictor.parameters]
@@ -105,8 +97,9 @@ def _model(found: SteeringFile) -> SteeringModel:
     _check(found, covariance)
     insertions = tuple(_tip_path(each) for each in found.insertions)
     values = ALIGNED | found.values
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values, insertions, parameters, covariance)
-    return SteeringModel(found.steering, values, needle, predictor)
+    return identified_model(
+        found.steering, needle, values, parameters=parameters, covariance=covariance, insertions=insertions
+    )
 
 
 def _check(found: SteeringFile, covariance: np.ndarray) -> None:

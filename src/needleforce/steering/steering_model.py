@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A steered needle, identified or given: what simulates it, and what predicts its tip."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -14,6 +15,7 @@ from ..models.model import Model
 from .base_motion import Replays, base_moves, replay_of, rows_of
 from .path_prediction import PathPredictor
 from .path_simulation import SimulatedPath, bevel_direction, guide_of, lateral_layers, simulated_path, tip_force_of
+from .steering_parameters import Parameter
 from .tip_paths import TipPath
 
 
@@ -73,15 +75,24 @@ class SteeringModel:
         return simulated_path(self.values, path, needle=self.needle, axial=axial, replays=replays)
 
 
+def identified_model(
+    form: str,
+    needle: core.Needle,
+    values: dict[str, float],
+    *,
+    parameters: Sequence[Parameter],
+    covariance: np.ndarray,
+    insertions: tuple[TipPath, ...] = (),
+) -> SteeringModel:
+    """A needle with the values that were identified, and what predicts its tip from the insertions of the fit."""
+    predictor = PathPredictor(partial(simulated_path, needle=needle), values, insertions, parameters, covariance)
+    return SteeringModel(form, values, needle, predictor)
+
+
 def steering_model(model: SteeringModel | FlexibleInsertion, axial: Model | None = None) -> SteeringModel:
     """The model itself, or one around an insertion whose parameters are given; its unexplained errors are those of
-    gels, and its state is lost.
-
-    Raises
-    ------
-    InputError
-        If the model is neither, or laws of the axial force are given for an insertion that has its own.
-    """
+    gels, and its state is lost. Raises InputError if the model is neither, or laws of the axial force are given for an
+    insertion that has its own."""
     if isinstance(model, SteeringModel):
         return model
     if not isinstance(model, FlexibleInsertion):

@@ -100,13 +100,8 @@ ALIGNED = {parameter.name: 0.0 for parameter in _TRACKER}
 
 
 def held_at(parameters: Sequence[Parameter], held: str) -> tuple[Parameter, ...]:
-    """The parameters of a needle that is held by a ``"guide"``, or at its ``"hub"``, which has no distance.
-
-    Raises
-    ------
-    InputError
-        If it is held otherwise.
-    """
+    """The parameters of a needle that is held by a ``"guide"``, or at its ``"hub"``, which has no distance. Raises
+    InputError if it is held otherwise."""
     one_of("held", held, ("guide", "hub"))
     return tuple(p for p in parameters if held == "guide" or p.name != "guide_distance")
 
@@ -155,24 +150,12 @@ class SteeringEstimate:
 
 @dataclass(frozen=True)
 class Found:
-    """The outcome of a search.
-
-    Attributes
-    ----------
-    values : dict of str to float
-        Name -> value.
-    estimates : tuple of SteeringEstimate
-        The same with intervals.
-    trade_offs : tuple of (str, str, float)
-        Pairs whose errors have a correlation beyond 0.9.
-    covariance : ndarray, shape (p, p)
-        Of the errors, in standard deviations of the priors.
-    """
+    """The outcome of a search."""
 
     values: dict[str, float]
     estimates: tuple[SteeringEstimate, ...]
-    trade_offs: tuple[tuple[str, str, float], ...]
-    covariance: np.ndarray
+    trade_offs: tuple[tuple[str, str, float], ...]  # pairs whose errors have a correlation beyond 0.9
+    covariance: np.ndarray  # (p, p) of the errors, in standard deviations of the priors
 
 
 def search(
@@ -180,21 +163,8 @@ def search(
     misfit: Callable[[dict[str, float]], np.ndarray],
     progress: Progress | None = None,
 ) -> Found:
-    """Minimise the misfit and the deviations from the priors.
-
-    Parameters
-    ----------
-    parameters : sequence of Parameter
-        What is sought.
-    misfit : callable
-        Values by name -> residuals in units of their standard deviations. Large ones count linearly.
-    progress : callable, optional
-        Called with the number of evaluations and the cost.
-
-    Returns
-    -------
-    Found
-    """
+    """Minimise the misfit, values by name -> residuals in units of their standard deviations, of which large ones count
+    linearly, and the deviations from the priors."""
     from scipy.optimize import least_squares
 
     center, spread = np.array([p.inside(p.center) for p in parameters]), np.array([p.spread for p in parameters])

@@ -16,7 +16,7 @@ from ..models.model import Model
 from .path_errors import PathReadings
 from .path_simulation import SimulatedPath
 from .steering_model import SteeringModel, steering_model
-from .steering_parameters import ALIGNED, search_values
+from .steering_parameters import ALIGNED
 from .tip_paths import TipPath
 
 MAX_MODES = 6
@@ -246,8 +246,7 @@ class TipEstimator:
         for parameter, share in zip(self.model.predictor.parameters, mode):
             if share and parameter.name not in _NO_PART_OF_THE_NEEDLE:
                 number = parameter.inside(values[parameter.name]) + parameter.spread * float(share)
-                moved = search_values([parameter], np.array([number]))[parameter.name]
-                values[parameter.name] = float(np.clip(moved, parameter.low, parameter.high))
+                values[parameter.name] = float(np.clip(parameter.outside(number), parameter.low, parameter.high))
         return values
 
     def _directions(self) -> np.ndarray:
@@ -278,7 +277,7 @@ class TipEstimator:
     def _probed(self, parameter: Any, path: TipPath) -> SimulatedPath:
         values = self.model.values
         number = parameter.inside(values[parameter.name]) + 0.05 * parameter.spread
-        return self.model.predictor.simulate(values | search_values([parameter], np.array([number])), path)
+        return self.model.predictor.simulate(values | {parameter.name: parameter.outside(number)}, path)
 
 
 def _numbers(quantity: str, values: ArrayLike, count: int) -> np.ndarray:

@@ -4,7 +4,6 @@ leave unexplained aside."""
 
 import math
 from collections.abc import Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,10 +12,10 @@ from .. import core
 from ..checks import one_of
 from ..errors import InputError
 from .path_errors import PathErrors
-from .path_prediction import PathPredictor, readings_of, residuals_of
+from .path_prediction import readings_of, residuals_of
 from .path_simulation import simulated_path
 from .result import SteeringResult
-from .steering_model import SteeringModel
+from .steering_model import identified_model
 from .steering_parameters import MODELS, Progress, held_at, search, within_reach
 from .tip_paths import TipPath
 
@@ -80,30 +79,12 @@ def identify_paths(
     held: str = "guide",
     progress: Progress | None = None,
 ) -> SteeringFit:
-    """Identify tissue, tip and guide from tip paths. ``nf.steering.identify`` calls it for ``TipPath``.
+    """Identify tissue, tip and guide from tip paths: ``nf.steering.identify`` for ``TipPath``.
 
-    Parameters
-    ----------
-    insertions : sequence of TipPath
-        As ``nf.steering.read`` returns them, of one tissue.
-    needle : Needle
-        Its bending stiffness scales all forces and stiffnesses: tip paths alone give their ratios to it.
-    model : str
-        ``"linear"`` foundation, or ``"yielding"``: tissue that the shaft pushes aside beyond a force per length.
-    held : str
-        By a ``"guide"`` at a fixed distance, or at its ``"hub"``, which comes down with it.
-    progress : callable, optional
-        Called with the number of evaluations and the cost.
-
-    Returns
-    -------
-    SteeringFit
-
-    Raises
-    ------
-    InputError
-        If the model is unknown, there is no insertion, the tip is not tracked for three rows, or it was recorded in
-        another frame than the base.
+    The bending stiffness of the needle scales all forces and stiffnesses: tip paths alone give their ratios to it.
+    ``model`` is a ``"linear"`` foundation, or ``"yielding"``: tissue that the shaft pushes aside beyond a force per
+    length. Raises InputError if the model is unknown, there is no insertion, the tip is not tracked for three rows, or
+    it was recorded in another frame than the base.
     """
     one_of("model", model, MODELS)
     if not insertions or any(len(path) < 3 for path in insertions):
@@ -119,14 +100,11 @@ def identify_paths(
     deepest = max(float(path.depth.max()) for path in insertions)
     parameters = within_reach(held_at(MODELS[model], held), needle.length, deepest)
     found = search(parameters, misfit, progress)
-    simulate = partial(simulated_path, needle=needle)
-    predictor = PathPredictor(simulate, found.values, tuple(insertions), parameters, found.covariance)
-    return SteeringFit(
-        model=SteeringModel(model, found.values, needle, predictor),
-        parameters=found.estimates,
-        trade_offs=found.trade_offs,
-        rms={path.name: predictor.rms(path) for path in insertions},
+    fitted = identified_model(
+        model, needle, found.values, parameters=parameters, covariance=found.covariance, insertions=tuple(insertions)
     )
+    rms = {path.name: fitted.predictor.rms(path) for path in insertions}
+    return SteeringFit(fitted, found.estimates, found.trade_offs, rms)
 
 
 class Response(NamedTuple):
@@ -140,20 +118,9 @@ class Response(NamedTuple):
 
 
 def check_frame(insertions: Sequence[TipPath]) -> None:
-    """Refuse tip paths whose frame is mirrored or turned against that of the base.
+    """Raise InputError for tip paths whose frame is a mirror image of that of the base, or turned about the axis by
+    more than 30 degrees. Insertions whose base moved in both directions are judged, together.
 
-    Parameters
-    ----------
-    insertions : sequence of TipPath
-        Those whose base moved in both directions are judged, together.
-
-    Raises
-    ------
-    InputError
-        If the tip responds to the base as a mirror image, or turned about the axis by more than 30 degrees.
-
-    Notes
-    -----
     In each step the change of the tip's slope (of its position, where no slope was measured) is a linear function of
     the motion of the base in this step and in the next one, which a reading may have seen. A needle of round section in
     even tissue has the same answer in each direction, a x 1, with any sign: a guide may turn the needle about its

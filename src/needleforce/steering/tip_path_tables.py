@@ -82,10 +82,11 @@ _VOCABULARY = Vocabulary(dimensions=dict.fromkeys([*_QUANTITIES, "depth", "roll"
 def _columns(table: Table) -> dict[str, Column]:
     """Quantity -> column, the first of several, with its unit."""
     found = assign_columns(table, {}, _VOCABULARY).matches
-    return {quantity: _column(table, quantity, indices[0]) for quantity, indices in found.items()}
+    return {quantity: column_at(table, quantity, indices[0]) for quantity, indices in found.items()}
 
 
-def _column(table: Table, quantity: str, index: int) -> Column:
+def column_at(table: Table, quantity: str, index: int) -> Column:
+    """A column as that of a quantity, with its unit, empty without one."""
     stated = table.units[index] if index < len(table.units) else ""
     return Column(quantity, table.headers[index], index, stated or split_header(table.headers[index])[1], "name")
 
@@ -137,8 +138,14 @@ def _series(table: Table, source: Column, unit: str | None) -> np.ndarray:
         return np.tan(_angle(values, source, table)) if source.unit not in ("", "1", "-") else values
     if name.endswith("roll"):
         return _angle(values, source, table)
+    return lengths(values, source, table, unit)
+
+
+def lengths(values: np.ndarray, source: Column, table: Table, unit: str | None) -> np.ndarray:
+    """Lengths [m], in the unit of the column or the one given. Raises InputError without a unit."""
     if not (source.unit or unit):
-        step = "Name the column with its unit (tip_x_mm), or give unit='mm'."
+        name = "tip_x_mm" if "tip" in source.quantity or "base" in source.quantity else "x_mm"
+        step = f"Name the column with its unit ({name}), or give unit='mm'."
         raise InputError(source.header, "no unit", "a unit is needed", str(table.path), step)
     return parse(source.unit or unit or "", "length", source.header, str(table.path)).to_si(values)
 

@@ -2,8 +2,7 @@
 """Wrenches at the base of an insertion, and tissue, tip and guide from them alone."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -11,10 +10,9 @@ from .. import core
 from ..checks import finite_array, one_of
 from ..errors import InputError
 from ..recording import Recording
-from .path_prediction import PathPredictor
 from .path_simulation import simulated_path
 from .result import SteeringResult
-from .steering_model import SteeringModel
+from .steering_model import identified_model
 from .steering_parameters import ALIGNED, WRENCH_MODELS, Progress, held_at, search, within_reach
 from .tip_paths import MAX_COMPARED, TipPath
 from .wrench_sensor import WrenchSensor
@@ -159,29 +157,11 @@ def identify_wrenches(
     held: str = "guide",
     progress: Progress | None = None,
 ) -> WrenchFit:
-    """Identify tissue, tip and guide from base wrenches. ``nf.steering.identify`` calls it for ``BaseWrench``.
+    """Identify tissue, tip and guide from base wrenches: ``nf.steering.identify`` for ``BaseWrench``.
 
-    Parameters
-    ----------
-    insertions : sequence of BaseWrench
-        Of one tissue; more than 60 rows are thinned evenly.
-    needle : Needle
-        Its bending stiffness turns wrenches into deflections: an error of it is one of the predicted tip.
-    model : str
-        ``"linear"`` or ``"yielding"``.
-    held : str
-        By a ``"guide"`` at a fixed distance, or at its ``"hub"``, which comes down with it.
-    progress : callable, optional
-        Called with the number of evaluations and the cost.
-
-    Returns
-    -------
-    WrenchFit
-
-    Raises
-    ------
-    InputError
-        If the model is unknown, or an insertion has less than three rows.
+    More than 60 rows are thinned evenly. The bending stiffness of the needle turns wrenches into deflections: an error
+    of it is one of the predicted tip. Raises InputError if the model is unknown, or an insertion has less than three
+    rows.
     """
     one_of("model", model, WRENCH_MODELS)
     if not insertions or any(len(each) < 3 for each in insertions):
@@ -201,10 +181,10 @@ def identify_wrenches(
     parameters = within_reach(held_at(WRENCH_MODELS[model], held), needle.length, deepest)
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values, (), parameters, found.covariance)
-    fit = WrenchFit(SteeringModel(model, values, needle, predictor), found.estimates, found.trade_offs, {})
-    rms = {each.name: np.sqrt(np.mean((fit.predict(each) - each.lateral) ** 2, axis=0)) for each in insertions}
-    return replace(fit, rms=rms)
+    fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)
+    left = {each.name: _simulated(values, each, needle) - each.lateral for each in insertions}
+    rms = {name: np.sqrt(np.mean(apart**2, axis=0)) for name, apart in left.items()}
+    return WrenchFit(fitted, found.estimates, found.trade_offs, rms)
 
 
 def _simulated(values: dict[str, float], insertion: BaseWrench, needle: core.Needle) -> np.ndarray:

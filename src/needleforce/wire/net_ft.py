@@ -115,27 +115,13 @@ def status_words(status: int) -> str:
 
 @dataclass(frozen=True)
 class SensorConfiguration:
-    """Configuration of a sensor.
+    """Configuration of a sensor."""
 
-    Attributes
-    ----------
-    counts_per_force : float
-        [1/N]
-    counts_per_torque : float
-        [1/(N m)]
-    rate : float
-        Records per second [Hz].
-    serial : str
-        Serial number.
-    ratings : tuple of float
-        Rated range of each axis [N, N m], 0 if unknown.
-    """
-
-    counts_per_force: float
-    counts_per_torque: float
-    rate: float
+    counts_per_force: float  # [1/N]
+    counts_per_torque: float  # [1/(N m)]
+    rate: float  # [Hz] records per second
     serial: str = ""
-    ratings: tuple[float, ...] = (0.0,) * 6
+    ratings: tuple[float, ...] = (0.0,) * 6  # [N, N m] rated range of each axis, 0 if unknown
 
     def wrench(self, counts: tuple[int, ...]) -> tuple[float, ...]:
         """Forces [N] and torques [N m] from six counts."""

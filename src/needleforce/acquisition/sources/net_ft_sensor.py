@@ -24,7 +24,7 @@ from ...wire.net_ft import (
     unpack_records,
 )
 from .arrival_time import Received, StampedSocket, ask_for_drops
-from .sequence import Unwrapped
+from .reading_checks import Unwrapped
 from .source import ForceSample
 
 _MAX_DATAGRAM_BYTES = 40 * RECORD_SIZE  # buffered streaming sends 40 records; a longer one counts as of a wrong size

@@ -22,7 +22,7 @@ from ...wire.axis_lines import AxisState
 from ...wire.net_ft import AXES
 from .arrival_time import host_time_ns
 from .gauge_calibration import GAUGES, Calibration
-from .sequence import Unwrapped
+from .reading_checks import Unwrapped
 from .source import ForceSample
 
 HEADER_TIMEOUT_S = 10.0
@@ -50,21 +50,9 @@ class StandardInput:
 
     Without a column ``time`` the time of a sample is its arrival; without ``sequence`` its number is that of the line.
     Lines that do not fit the header, contain something that is not a number, or are incomplete at the end of the input
-    are left out and counted in ``wrong_size``; more than a tenth of them is an InputError.
-
-    Parameters
-    ----------
-    stream : binary file
-        A file, pipe or terminal.
-    calibration : Calibration, optional
-        Needed if the columns are six gauge voltages.
-    rate : float
-        Nominal rate [Hz].
-
-    Attributes
-    ----------
-    axis : LineAxis or None
-        The depth in the lines; None before ``start`` and without a column ``depth``.
+    are left out and counted in ``wrong_size``; more than a tenth of them is an InputError. A calibration is needed if
+    the columns are six gauge voltages. ``axis`` is the depth in the lines; None before ``start`` and without a column
+    ``depth``.
     """
 
     def __init__(self, stream: BinaryIO, calibration: Calibration | None = None, rate: float = _DEFAULT_RATE_HZ):

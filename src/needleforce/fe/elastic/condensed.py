@@ -123,13 +123,8 @@ def load_condensed(path: str | os.PathLike) -> CondensedTissue:
 
 
 def condensed(tissue: Body, path: NeedlePath) -> CondensedTissue:
-    """The compliance of a tissue between the nodes of a path.
-
-    Raises
-    ------
-    InputError
-        If the path has more than 64 nodes or leaves the mesh, or a layer on it is thinner than the needle.
-    """
+    """The compliance of a tissue between the nodes of a path. Raises InputError if the path has more than 64 nodes or
+    leaves the mesh, or a layer on it is thinner than the needle."""
     count = len(path.nodes)
     if count > MAX_NODES:
         step = f"Use a spacing of at least {1e3 * path.depth / (MAX_NODES - 1):.3g} mm."

@@ -29,46 +29,19 @@ class Symmetry(StrEnum):
 
 @dataclass(frozen=True)
 class Cells:
-    """What scikit-fem knows of a batch of cells at their points of integration.
+    """What scikit-fem knows of a batch of m cells with k unknowns each, at their q points of integration."""
 
-    Attributes
-    ----------
-    dofs : ndarray, shape (k, m)
-        Unknowns of each cell.
-    strain : ndarray, shape (m, k, s, q)
-        Strain by unknown, shear as sqrt(2) times the tensor's, so that eps:eps is a sum of squares.
-    dilatation : ndarray, shape (m, k, q)
-        Its trace.
-    values : ndarray, shape (m, k, d, q)
-        Displacement by unknown.
-    weight : ndarray, shape (m, q)
-        Volume of each point.
-    places : ndarray, shape (d, m, q)
-        [m]
-    """
-
-    dofs: np.ndarray
-    strain: np.ndarray
-    dilatation: np.ndarray
-    values: np.ndarray
-    weight: np.ndarray
-    places: np.ndarray
+    dofs: np.ndarray  # (k, m) unknowns of each cell
+    strain: np.ndarray  # (m, k, s, q) by unknown, shear times sqrt(2), so that eps:eps is a sum of squares
+    dilatation: np.ndarray  # (m, k, q) its trace
+    values: np.ndarray  # (m, k, d, q) displacement by unknown
+    weight: np.ndarray  # (m, q) volume of each point
+    places: np.ndarray  # (d, m, q) [m]
 
 
 class Elements:
-    """Shape functions on a mesh, of displacement, and the matrices that are made of them.
-
-    Parameters
-    ----------
-    mesh : Mesh
-        The mesh.
-    symmetry : Symmetry
-        Its meaning.
-    order : int
-        Of the shape functions, 1 or 2.
-    thickness : float
-        Of a plane body [m].
-    """
+    """Shape functions of displacement on a mesh, of an order 1 or 2, and the matrices that are made of them; thickness
+    is that of a plane body [m]."""
 
     def __init__(self, mesh: Mesh, symmetry: Symmetry, order: int, thickness: float):
         skfem = library()

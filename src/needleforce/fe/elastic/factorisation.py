@@ -12,20 +12,8 @@ _LEAF = 60  # unknowns that are not divided further
 
 
 class Factor:
-    """Sparse factor of a symmetric positive definite matrix.
-
-    Parameters
-    ----------
-    matrix : sparse array, shape (n, n)
-        The matrix.
-    places : ndarray, shape (n, d)
-        Of the unknowns [m]; neighbours are near each other.
-
-    Raises
-    ------
-    InputError
-        If the factor does not fit into the memory that is free.
-    """
+    """Sparse factor of a symmetric positive definite matrix (n, n), whose unknowns are at places (n, d) [m], near their
+    neighbours. Raises InputError if the factor does not fit into the memory that is free."""
 
     def __init__(self, matrix, places: np.ndarray):  # type: ignore[no-untyped-def]
         from scipy.sparse.linalg import splu

@@ -195,13 +195,8 @@ def layers_along(tissue: Body, path: NeedlePath) -> list[tuple[str, float]]:
 
 
 def labels_along(tissue: Body, path: NeedlePath, distances: np.ndarray) -> np.ndarray:
-    """Labels of the cells at distances along the path (n,) [m], (n,) of str.
-
-    Raises
-    ------
-    InputError
-        If the path leaves the mesh.
-    """
+    """Labels of the cells at distances along the path (n,) [m], (n,) of str. Raises InputError if it leaves the
+    mesh."""
     dimension = tissue.mesh.dimension
     points = path.start(dimension) + distances[:, None] * path.along(dimension)
     points[:, 0] += _ASIDE * path.radius

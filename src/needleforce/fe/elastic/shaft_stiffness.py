@@ -66,7 +66,10 @@ def shaft_stiffness(
     _check(lengths, radius, wide, deep)
     mesh = axisymmetric_block(wide, deep, radius, needle_depth=deepest)
     tissue = Tissue(mesh, material, symmetry="axisymmetric", supports={"bottom": base, "sides": sides})
-    found = [_bonded(tissue, each, radius) for each in lengths.ravel()]
+    found = []
+    for length in lengths.ravel():
+        nodes = int(np.clip(np.ceil(length / (2.0 * radius)), 4, MAX_NODES - 1))
+        found.append(tissue.condense(NeedlePath(length, length / nodes, radius)).bonded_stiffness(length))
     return np.reshape(found, lengths.shape)
 
 
@@ -92,11 +95,6 @@ def modulus_of_shaft_stiffness(stiffness: ArrayLike, depth: ArrayLike, radius: f
     ratio = geometry.pop("poisson_ratio", 0.49)
     unit = shaft_stiffness(depth, radius, Elastic(1.0, ratio), **geometry)
     return np.asarray(stiffness, dtype=float) / unit
-
-
-def _bonded(tissue: Tissue, length: float, radius: float) -> float:
-    nodes = int(np.clip(np.ceil(length / (2.0 * radius)), 4, MAX_NODES - 1))
-    return tissue.condense(NeedlePath(length, length / nodes, radius)).bonded_stiffness(length)
 
 
 def _check(lengths: np.ndarray, radius: float, wide: float, deep: float) -> None:

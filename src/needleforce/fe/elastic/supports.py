@@ -23,21 +23,11 @@ class Support(StrEnum):
 
 @dataclass(frozen=True)
 class Unknowns:
-    """Component and place of each unknown.
+    """Component and place of each unknown."""
 
-    Attributes
-    ----------
-    component : ndarray, shape (n,)
-        Axis of the displacement.
-    places : ndarray, shape (n, d)
-        [m]
-    points : ndarray, shape (n,)
-        A corner of the same cell, to find its part of the mesh.
-    """
-
-    component: np.ndarray
-    places: np.ndarray
-    points: np.ndarray
+    component: np.ndarray  # (n,) axis of the displacement
+    places: np.ndarray  # (n, d) [m]
+    points: np.ndarray  # (n,) a corner of the same cell, to find its part of the mesh
 
 
 def unknowns_of(elements: Elements) -> Unknowns:
@@ -59,28 +49,17 @@ def unknowns_of(elements: Elements) -> Unknowns:
 
 
 def held(elements: Elements, supports: Mapping[str, str]) -> np.ndarray:
-    """Which unknowns are zero, (n,) of bool.
-
-    Raises
-    ------
-    InputError
-        If a boundary is unknown, a support is none, a sliding boundary is not along an axis, or a part of the mesh can
-        move as a rigid body.
-    """
+    """Which unknowns are zero, (n,) of bool. Raises InputError if a boundary is unknown, a support is none, a sliding
+    boundary is not along an axis, or a part of the mesh can move as a rigid body."""
     mesh, mask = elements.mesh, np.zeros(elements.count, dtype=bool)
     for name, kind in supports.items():
-        support = _support(kind, name)
-        if support is not Support.FREE:
-            _hold(mask, elements, facets_of(elements, name), support, name)
+        one_of(f"support of {name!r}", kind, Support)
+        if kind != Support.FREE:
+            _hold(mask, elements, facets_of(elements, name), Support(kind), name)
     if _has_axis(elements):
         _hold(mask, elements, _facets_at(mesh, 0, 0.0), Support.SLIDING, "axis")
     _check_rigid(elements, mask)
     return mask
-
-
-def _support(kind: str, name: str) -> Support:
-    one_of(f"support of {name!r}", kind, Support)
-    return Support(kind)
 
 
 def _hold(mask: np.ndarray, elements: Elements, facets: np.ndarray, support: Support, name: str) -> None:
@@ -100,13 +79,8 @@ def _hold(mask: np.ndarray, elements: Elements, facets: np.ndarray, support: Sup
 
 
 def facets_of(elements: Elements, name: str) -> np.ndarray:
-    """Outer facets of a boundary: one of the mesh, or its top, bottom or sides.
-
-    Raises
-    ------
-    InputError
-        If there is no such boundary, or no outer facet has all of its corners in it.
-    """
+    """Outer facets of a boundary: one of the mesh, or its top, bottom or sides. Raises InputError if there is no such
+    boundary, or no outer facet has all of its corners in it."""
     mesh = elements.mesh
     if name in mesh.boundaries:
         chosen = np.zeros(len(mesh.points), dtype=bool)

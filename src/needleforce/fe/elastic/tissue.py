@@ -2,7 +2,9 @@
 """A solid of tissue: mesh, materials and supports; displacements for forces."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import cached_property
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +21,15 @@ from .supports import held, unknowns_of
 
 _INSIDE = "Give it in m in the frame of the mesh, or a larger mesh."
 _MAX_RATIO_SIMPLEX = 0.45  # of triangles and tetrahedra of first order
+
+
+class BodyOptions(TypedDict, total=False):
+    """What every body has in addition to mesh and materials, as the keywords of ``Tissue``."""
+
+    symmetry: str | None
+    supports: Mapping[str, str] | None
+    thickness: float
+    order: int | None
 
 
 class Tissue:
@@ -66,12 +77,22 @@ class Tissue:
         self.elements = Elements(mesh, self.symmetry, _order(mesh, order, self.materials), thickness)
         self.held = held(self.elements, self.supports)
 
+    @property
+    def options(self) -> BodyOptions:
+        """The keywords with which the same body is made of other materials."""
+        thickness, order = self.elements.thickness, self.elements.order
+        return {"symmetry": self.symmetry, "supports": self.supports, "thickness": thickness, "order": order}
+
     def with_materials(self, materials: Elastic | Mapping[str, Elastic]) -> "Tissue":
         """The same body of other materials."""
-        return Tissue(
-            self.mesh, materials, symmetry=self.symmetry, supports=self.supports,
-            thickness=self.elements.thickness, order=self.elements.order,
-        )  # fmt: skip
+        return Tissue(self.mesh, materials, **self.options)
+
+    def scaled(self, factors: Mapping[str, float]) -> "Tissue":
+        """The same body with Young's moduli times a factor by label, 1 where none is given."""
+        moduli = {label: each.young_modulus * float(factors.get(label, 1.0)) for label, each in self.materials.items()}
+        return self.with_materials(
+            {label: replace(each, young_modulus=moduli[label]) for label, each in self.materials.items()}
+        )
 
     @property
     def unknowns(self) -> int:

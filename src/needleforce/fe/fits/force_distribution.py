@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from ...checks import above_zero
 from ...errors import InputError
+from ...vocabulary import SMALLEST
 from ..elastic.needle_path import NeedlePath
 from ..elastic.tissue import Tissue
 
@@ -112,7 +113,8 @@ def force_distribution(
     if profile not in PROFILES:
         raise InputError("profile", profile, f"must be {' or '.join(PROFILES)}")
     observed = moved.T.ravel()[np.tile(seen, at.shape[1])]
-    response = _response(tissue, path, at)[np.tile(seen, at.shape[1])]
+    unit = tissue.solve(path.loads(tissue).toarray())  # for unit forces at the nodes of the path
+    response = np.asarray(tissue.values_at(at) @ unit)[np.tile(seen, at.shape[1])]
     models = list(_smooth(path) if profile == "smooth" else _peaks(path))
     _check_count(len(observed), models[0].basis.shape[1], profile)
     forces, covariance, sigma = _averaged(response, observed, models, noise)
@@ -151,11 +153,6 @@ def _check_count(observed: int, numbers: int, profile: str) -> None:
     if profile == "peak":
         step = "Use more markers."
     raise InputError("markers", f"{observed} coordinates", f"{numbers} numbers are to be found", next_step=step)
-
-
-def _response(tissue: Tissue, path: NeedlePath, at: np.ndarray) -> np.ndarray:
-    """Displacements of the markers, coordinate by coordinate, for unit forces at the nodes of the path."""
-    return np.asarray(tissue.values_at(at) @ tissue.solve(path.loads(tissue).toarray()))
 
 
 def _smooth(path: NeedlePath) -> Iterator[_Linear]:
@@ -209,7 +206,7 @@ def _fit(response, observed, model, noise, scale):  # type: ignore[no-untyped-de
     variance = noise**2 if noise else max(misfit, 0.0) / free
     log_prior = _log_determinant(scale * model.precision)
     log_posterior = np.linalg.slogdet(inverse)[1]
-    fitted = -0.5 * misfit / variance if noise else -0.5 * free * np.log(max(misfit, 1e-300))
+    fitted = -0.5 * misfit / variance if noise else -0.5 * free * np.log(max(misfit, SMALLEST))
     covariance = variance * model.basis @ np.linalg.solve(inverse, model.basis.T)
     return fitted + 0.5 * (log_prior - log_posterior), model.basis @ numbers, covariance, variance
 
@@ -217,7 +214,7 @@ def _fit(response, observed, model, noise, scale):  # type: ignore[no-untyped-de
 def _log_determinant(precision: np.ndarray) -> float:
     """Of the part that is not zero."""
     sizes = np.linalg.eigvalsh(precision)
-    return float(np.log(sizes[sizes > 1e-10 * max(sizes.max(), 1e-300)]).sum())
+    return float(np.log(sizes[sizes > 1e-10 * max(sizes.max(), SMALLEST)]).sum())
 
 
 def _result(path: NeedlePath, forces: np.ndarray, covariance: np.ndarray, **more) -> ForceDistribution:  # type: ignore[no-untyped-def]

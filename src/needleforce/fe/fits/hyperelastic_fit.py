@@ -13,18 +13,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...checks import finite_number
-from ...core import tips
 from ...display.quantities import plain
 from ...errors import InputError
-from ...identification.contact_search import MIN_IN_CONTACT, ContactSearch
 from ...identification.estimates import Estimate, EstimateResult
 from ...identification.indentation import MIN_FREE_SAMPLES, MIN_RISE_SIGMA
 from ...identification.one_layer.deformation_fit import FLIP_SIGN, MIN_LOADING_SAMPLES
 from ...identification.statistics.noise import TWO_SIDED, noise_of
 from ...identification.statistics.regression import inverse
-from ..hyperelastic.pressed_solid import HyperelasticParameters, PressedSolid, young_modulus
 from ..hyperelastic.tissue import HyperelasticTissue
 from ..materials import Hyperelastic, NeoHookean, check_labels
+from .pressed_solid import HyperelasticParameters, PressedSolid, StraightLine, young_modulus
 
 _MAX_CHANGE = 1.5  # of one, in a turn
 _MAX_TURNS = 10
@@ -167,7 +165,7 @@ def fit_hyperelastic(
     _check_choices(bonded, steps, labels, contact_depth)
     pressed = PressedSolid(tissue, boundary, bonded=bonded, steps=steps)
     parameters = HyperelasticParameters(tissue.materials, tuple(labels), find_c01)
-    line = _StraightLine(*_checked(depth, force), radius=pressed.radius, given=contact_depth)
+    line = StraightLine(*_checked(depth, force), radius=pressed.radius, given=contact_depth)
     return _StiffnessSearch(pressed, parameters, line).found()
 
 
@@ -202,30 +200,10 @@ def _checked(depth: ArrayLike, force: ArrayLike) -> tuple[np.ndarray, np.ndarray
     return depth, force
 
 
-class _StraightLine:
-    """The straight line of the linear solid: force without contact, then a slope."""
-
-    def __init__(self, depth: np.ndarray, force: np.ndarray, *, radius: float, given: float | None):
-        self.depth, self.force, self.given = depth, force, given
-        zero = float(depth.min())
-        search = ContactSearch(depth - zero, force, np.ones((1, len(depth))), tips.Flat(radius=radius), None)
-        place = search.best() if given is None else given - zero
-        if not (np.isfinite(place) and (depth > zero + place).sum() > MIN_IN_CONTACT):
-            limit = f"more than {MIN_IN_CONTACT} samples must be deeper"
-            raise InputError("contact depth", f"{1e3 * (zero + place):.4g} mm", limit, next_step="Give a deeper curve.")
-        modulus = search.modulus(place)
-        if not modulus > 0.0:
-            raise InputError("force", "not rising with depth", "no contact was found", next_step=FLIP_SIGN)
-        unit = search.unit_force(place)[0]
-        self.slope = 2.0 * modulus * radius  # [N/m]
-        self.contact, self.zero = zero + place, float(np.mean(force - modulus * unit))  # [m], [N]
-        self.rmse = float(np.std(force - modulus * unit))
-
-
 class _StiffnessSearch:
     """Least squares, in turns in which the logarithm of the stiffness is linear in what is found."""
 
-    def __init__(self, pressed: PressedSolid, parameters: HyperelasticParameters, line: _StraightLine):
+    def __init__(self, pressed: PressedSolid, parameters: HyperelasticParameters, line: StraightLine):
         self.pressed, self.parameters, self.line = pressed, parameters, line
         self.depth, self.force, self.given = line.depth, line.force, line.given
         self.around = np.zeros(0)  # what is found, where the stiffness was solved

@@ -24,32 +24,20 @@ MIN_SPACINGS = 3.0  # of the path, of travel
 
 @dataclass(frozen=True, eq=False)
 class InsertionCurve:
-    """Means over short travels, and the turning points between them.
+    """Means (m,) over short travels, and the turning points between them.
 
-    Attributes
-    ----------
-    depth : ndarray, shape (m,)
-        Through which the needle goes [m], in the zero of the recording.
-    force : ndarray, shape (m,)
-        Mean force [N]; NaN where the needle turns.
-    weight : ndarray, shape (m,)
-        Of a residual, by how many samples a mean has [1]; 0 where the needle turns, and in the deformation before the
-        breakthrough, whose contact law is not that of the solid.
-    contact_depth, puncture_depth : float
-        Where the needle meets the surface and breaks through [m].
-    resolution : float
-        Of the depth [m]: the travel of a sample, or of the finest mean where noise makes it longer.
-    reversal : float
-        Longest travel after a reversal in the tissue [m].
+    Weights are of a residual, by how many samples a mean has; 0 where the needle turns, and in the deformation before
+    the breakthrough, whose contact law is not that of the solid. The resolution of the depth is the travel of a sample,
+    or of the finest mean where noise makes it longer.
     """
 
-    depth: np.ndarray
-    force: np.ndarray
-    weight: np.ndarray
-    contact_depth: float
-    puncture_depth: float
-    resolution: float
-    reversal: float
+    depth: np.ndarray  # [m] through which the needle goes, in the zero of the recording
+    force: np.ndarray  # [N] NaN where the needle turns
+    weight: np.ndarray  # [1]
+    contact_depth: float  # [m]
+    puncture_depth: float  # [m] where the needle breaks through
+    resolution: float  # [m]
+    reversal: float  # [m] longest travel after a reversal in the tissue
 
     @property
     def used(self) -> np.ndarray:
@@ -60,13 +48,8 @@ class InsertionCurve:
 def insertion_curve(
     recording: Recording, spacing: float, contact_depth: float | None, puncture_depth: float | None
 ) -> InsertionCurve:
-    """The curve of a recording for a path with a spacing [m]; depths of events that are None are searched.
-
-    Raises
-    ------
-    InputError
-        If values are not finite, the needle does not move, touch or turn.
-    """
+    """The curve of a recording for a path with a spacing [m]; depths of events that are None are searched. Raises
+    InputError if values are not finite, or the needle does not move, touch or turn."""
     _check_readable(recording, spacing)
     contact, puncture = _events(recording, contact_depth, puncture_depth)
     depth, force, count = _averaged(recording, spacing)

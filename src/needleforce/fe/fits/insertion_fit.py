@@ -167,20 +167,12 @@ def _solved(tissue, path, curve, labels, layers):  # type: ignore[no-untyped-def
     found = search.found()
     for _ in range(_TURNS if labels else 0):
         moved = found.numbers[search.moduli]
-        tissue = _scaled(tissue, dict(zip(labels, np.exp(moved))))
+        tissue = tissue.scaled(dict(zip(labels, np.exp(moved))))
         search = InsertionSearch(curve, stiffness_by_label(tissue, path, labels), tops)
         found = search.solved(np.concatenate([np.zeros(len(moved)), found.numbers[search.moduli.stop :]]))
         if np.abs(found.numbers[search.moduli]).max() < _SETTLED:
             break
     return tissue, search, found
-
-
-def _scaled(tissue: Tissue, factors: dict[str, float]) -> Tissue:
-    materials = {
-        label: replace(material, young_modulus=material.young_modulus * float(factors.get(label, 1.0)))
-        for label, material in tissue.materials.items()
-    }
-    return tissue.with_materials(materials)
 
 
 def _half_space(tissue: Tissue, path: NeedlePath, search: InsertionSearch, found: Found) -> float:
@@ -256,16 +248,14 @@ def _check_determined(search: InsertionSearch, found: Found, names: Sequence[str
 
 def _result(search, found, young, *, layers, half_space):  # type: ignore[no-untyped-def]
     """The fit, for moduli ``young`` [Pa] of the tissue that was condensed last."""
-    half = TWO_SIDED * found.errors
-    fitted, low, modulus, high = (
-        search.force(found.numbers),
-        *(
-            {
-                name: value * float(np.exp(found.numbers[k] + by * half[k]))
-                for (name, value), k in zip(young.items(), _places(search, len(young)))
-            }
-            for by in (-1.0, 0.0, 1.0)
-        ),
+    half, fitted = TWO_SIDED * found.errors, search.force(found.numbers)
+    places = np.minimum(np.arange(len(young)), search.moduli.stop - 1)  # one for each label, or one for all
+    low, modulus, high = (
+        {
+            name: value * float(np.exp(found.numbers[k] + by * half[k]))
+            for (name, value), k in zip(young.items(), places)
+        }
+        for by in (-1.0, 0.0, 1.0)
     )
     return InsertionFit(
         young_modulus=modulus,
@@ -282,11 +272,6 @@ def _result(search, found, young, *, layers, half_space):  # type: ignore[no-unt
         rmse=float(np.sqrt(np.mean((fitted - search.measured) ** 2))),
         noise=search.noise,
     )
-
-
-def _places(search: InsertionSearch, count: int) -> list[int]:
-    """Where the logarithms of some labels' factors are: one for each, or one for all."""
-    return [min(k, search.moduli.stop - 1) for k in range(count)]
 
 
 def _parameters(search: InsertionSearch, numbers: np.ndarray, half: np.ndarray, layers: Sequence[str]) -> Parameters:

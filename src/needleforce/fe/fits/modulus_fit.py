@@ -2,7 +2,7 @@
 """Moduli from an indentation curve with the specimen's true geometry: finite, on a base, in layers."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from ...identification.estimates import Estimate, EstimateResult
 from ...identification.indentation import fit_indentation
 from ...identification.statistics.noise import TWO_SIDED, noise_of
 from ...mechanics.contact import contact
+from ...vocabulary import SMALLEST
 from ..elastic.surface_contact import press
 from ..elastic.tissue import Tissue
 
@@ -165,7 +166,7 @@ class _Problem:
         deepest = self.depth.max() - numbers[-2]
         self.solutions += 1
         force = press(self.tissue, self.tip, deepest, self.reach).force[0]
-        ratio = max(self.force[self.depth.argmax()] - numbers[-1], 1e-300) / force
+        ratio = max(self.force[self.depth.argmax()] - numbers[-1], SMALLEST) / force
         return np.full(len(numbers) - 2, np.log(ratio))
 
     def _curves(self, logarithms: np.ndarray) -> list[Any]:
@@ -193,20 +194,11 @@ class _Problem:
         self.solutions += 1
         deepest = 1.05 * (self.depth.max() - self.contact_depth)
         depths = np.linspace(_SHALLOWEST, 1.0, _DEPTHS) * deepest
-        forces = press(self._scaled(logarithms), self.tip, depths, self.reach).force
+        tissue = self.tissue.scaled(dict(zip(self.labels, np.exp(logarithms)))) if self.labels else self.tissue
+        forces = press(tissue, self.tip, depths, self.reach).force
         below = np.linspace(0.0, _SHALLOWEST, 8)[:-1] * deepest
         shape = contact(self.tip, depth=np.append(below, depths[0]), reduced_modulus=1.0).force
         return PchipInterpolator(np.append(below, depths), np.append(shape[:-1] / shape[-1] * forces[0], forces))
-
-    def _scaled(self, logarithms: np.ndarray) -> Tissue:
-        if not self.labels:
-            return self.tissue
-        factors = dict(zip(self.labels, np.exp(logarithms)))
-        materials = {
-            label: replace(material, young_modulus=material.young_modulus * factors.get(label, 1.0))
-            for label, material in self.tissue.materials.items()
-        }
-        return self.tissue.with_materials(materials)
 
     def result(self, numbers, jacobian, residual, half_space):  # type: ignore[no-untyped-def]
         """Values with intervals."""

@@ -21,15 +21,7 @@ _COMPONENTS = {2: [(0, 0), (0, 1), (1, 0), (1, 1), (2, 2)], 3: [(i, j) for i in 
 
 @dataclass(frozen=True)
 class Moduli:
-    """Of each cell, (m,) [Pa].
-
-    Attributes
-    ----------
-    c10, c01 : ndarray
-        Of the energy.
-    shear, bulk : ndarray
-        At small strain.
-    """
+    """Of each cell, (m,) [Pa]: those of the energy, and shear and bulk modulus at small strain."""
 
     c10: np.ndarray
     c01: np.ndarray
@@ -97,15 +89,7 @@ class _State:
 
 
 class HyperelasticElements:
-    """Forces and tangent by displacement.
-
-    Parameters
-    ----------
-    elements : Elements
-        Not of plane stress.
-    moduli : Moduli
-        Of its cells.
-    """
+    """Forces and tangent by displacement, of elements that are not of plane stress, with the moduli of their cells."""
 
     def __init__(self, elements: Elements, moduli: Moduli):
         self.elements, self.moduli = elements, moduli

@@ -3,6 +3,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from ..elastic.elements import Symmetry
 from ..elastic.factorisation import Factor
 from ..elastic.stress import Stress, checked_solution
 from ..elastic.supports import facets_of, unknowns_of
-from ..elastic.tissue import Tissue
+from ..elastic.tissue import BodyOptions, Tissue
 from ..materials import Elastic, Hyperelastic
 from ..mesh.mesh import Mesh
 from .elements import HyperelasticElements, Moduli
@@ -85,18 +86,14 @@ class HyperelasticTissue:
         self,
         mesh: Mesh,
         materials: Hyperelastic | Mapping[str, Hyperelastic],
-        *,
-        symmetry: str | None = None,
-        supports: Mapping[str, str] | None = None,
-        thickness: float = 1.0,
-        order: int | None = None,
+        **options: Unpack[BodyOptions],
     ):
-        if symmetry == Symmetry.PLANE_STRESS:
+        if options.get("symmetry") == Symmetry.PLANE_STRESS:
             step = "Use plane_strain, or a thin body in space with its faces free."
-            raise InputError("symmetry", symmetry, "is for small strain only", next_step=step)
+            raise InputError("symmetry", options["symmetry"], "is for small strain only", next_step=step)
         self.mesh, self.materials = mesh, _materials(mesh, materials)
         linear = {label: _linear(material) for label, material in self.materials.items()}
-        self.tissue = Tissue(mesh, linear, symmetry=symmetry, supports=supports, thickness=thickness, order=order)
+        self.tissue = Tissue(mesh, linear, **options)
         self.elements = HyperelasticElements(self.tissue.elements, _moduli(mesh, self.materials))
 
     def solve(

@@ -10,11 +10,11 @@ from scipy.sparse import issparse
 from ...checks import above_zero, finite_number, not_below_zero, within
 from ...errors import InputError
 from ..elastic.needle_path import NeedlePath, check_resolved
-from .bounded_forces import bounded_forces
 from .dynamics import product
 from .insertion_run import InsertionEnergy, InsertionRun, InsertionState
 
 _OWN_COMPLIANCE = 1e-6  # of the tip, as a share of the path's, by which its force differs from friction at its place
+_TRIES = 3  # turns in which all nodes may change together without progress
 
 
 class DynamicInsertion:
@@ -287,3 +287,51 @@ def _at_nodes(quantity: str, values: ArrayLike, path: NeedlePath, unit: str) -> 
         wrong = array[~((array >= 0.0) & (array < np.inf))].flat[0]
         raise InputError(quantity, f"{wrong:g} {unit}", "must be at least 0", next_step=f"Give it in {unit}.")
     return np.broadcast_to(array, path.nodes.shape)
+
+
+def bounded_forces(
+    compliance: np.ndarray, wanted: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], slip: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces [N] that move nodes by ``wanted`` [m] where they are within their bounds, and by less where they are at
+    one, for a symmetric, positive definite compliance [m/N]; and which nodes slip: -1 at the lower bound, 1 at the
+    upper one, 0 within. ``bounds`` are lowest and highest forces, ``slip`` is a guess.
+
+    Block principal pivoting, one node at a time where that makes no progress: ends for any positive definite matrix.
+    Júdice & Pires (1994), Comput. Oper. Res. 21, 587-596, with two bounds in place of one.
+    """
+    low, high = bounds
+    slip, free = slip.copy(), high > low
+    small = 1e-12 * (np.abs(wanted).max() + np.abs(compliance).max() * max(np.abs(high).max(), np.abs(low).max()))
+    fewest, tries = len(wanted) + 1, _TRIES
+    for _ in range(100 * len(wanted)):
+        forces, short = _with(compliance, wanted, bounds, np.where(free, slip, 1))
+        own = small / np.diag(compliance)
+        change = _change(slip, short, np.stack([forces - low + own, high - forces + own]), small) * free
+        wrong = np.flatnonzero(change)
+        if not len(wrong):
+            return np.clip(forces, low, high), np.where(free, slip, 0)
+        fewest, tries = (len(wrong), _TRIES) if len(wrong) < fewest else (fewest, tries - 1)
+        if tries < 0:
+            wrong = wrong[-1:]
+        slip[wrong] += change[wrong]
+    raise InputError("friction", "without balance", f"in {100 * len(wanted)} turns", next_step="Use a shorter step.")
+
+
+def _with(
+    compliance: np.ndarray, wanted: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], slip: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Forces when nodes stick and slip as given, and by how much each node falls short of what is wanted."""
+    sticks = np.flatnonzero(slip == 0)
+    forces = np.where(slip < 0, bounds[0], bounds[1])
+    forces[sticks] = 0.0
+    short = wanted - compliance @ forces
+    if len(sticks):
+        forces[sticks] = np.linalg.solve(compliance[np.ix_(sticks, sticks)], short[sticks])
+        short = wanted - compliance @ forces
+    return forces, short
+
+
+def _change(slip: np.ndarray, short: np.ndarray, room: np.ndarray, small: float) -> np.ndarray:
+    """By how much the slip of each node must change."""
+    leaves = (slip == 0) * ((room[1] < 0.0).astype(int) - (room[0] < 0.0))
+    return leaves + ((slip < 0) & (short > small)).astype(int) - ((slip > 0) & (short < -small))

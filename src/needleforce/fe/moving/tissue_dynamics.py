@@ -63,14 +63,9 @@ class TissueDynamics(DynamicSystem):
 
 
 def lumped_mass(elements: Elements, density: np.ndarray) -> np.ndarray:
-    """Mass of each unknown, (n,) [kg], for the density of each cell [kg/m^3].
-
-    The diagonal of the consistent mass, scaled to the mass of each cell: positive for all shapes.
-
-    Notes
-    -----
-    Hinton, Rock & Zienkiewicz (1976), Earthq. Eng. Struct. Dyn. 4, 245-249.
-    """
+    """Mass of each unknown, (n,) [kg], for the density of each cell [kg/m^3]: the diagonal of the consistent mass,
+    scaled to the mass of each cell, positive for all shapes. Hinton, Rock & Zienkiewicz (1976), Earthq. Eng. Struct.
+    Dyn. 4, 245-249."""
     total = np.zeros(elements.count)
     for numbers, cells in elements.batches():
         weight = density[numbers][:, None] * cells.weight

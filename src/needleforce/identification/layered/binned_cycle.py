@@ -10,7 +10,7 @@ import numpy as np
 from ...recording import Recording
 from ...segmentation import Events
 from ..one_layer.force_zero import MIN_FREE_SAMPLES, Drift, drift_of, free_samples
-from ..statistics.noise import noise_of
+from ..statistics.noise import Noise, noise_of
 from ..strokes import Strokes, cycle_span, stroke_speed, strokes_of, undelayed_depth
 
 COARSE, FINE = {"as_fitted": 125, "passive": 250, "yielding": 250}, 2000
@@ -29,11 +29,12 @@ GRID, ZOOMS = 9, 4  # times in each direction, and how often the grid is narrowe
 @dataclass(frozen=True, kw_only=True)
 class ForceZero:
     """The force [N] that the sensor shows without a load, its standard error, and its drift; an infinite error where
-    no free travel shows it."""
+    no free travel shows it. ``noise`` is that of the free travel, NaN without any."""
 
     value: float = 0.0
     error: float = np.inf
     drift: Drift = field(default_factory=Drift)
+    noise: Noise = field(default_factory=Noise)
 
     @property
     def known(self) -> bool:
@@ -165,7 +166,7 @@ def force_zero(recording: Recording, events: Events, strokes: Strokes) -> ForceZ
     force = recording.force[free] - drift.at(recording, free)
     noise = noise_of(force - force.mean(), len(force), recording.card.filter_length, 1.0)
     error = np.sqrt(noise.long_run / len(force) + drift.uncertain_by**2)
-    return ForceZero(value=float(force.mean()), error=float(error), drift=drift)
+    return ForceZero(value=float(force.mean()), error=float(error), drift=drift, noise=noise)
 
 
 def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int) -> np.ndarray:

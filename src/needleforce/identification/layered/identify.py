@@ -24,7 +24,16 @@ from ..settings import Choice, LayeredSettings
 from ..strokes import cycle_span, stroke_speed
 from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles, recorded_punctures
 from .known_stiffness import refined_with, with_known
-from .model import held_fixed, layered_settings, layers_in_words, model_of, not_identified, own_ruptures, warnings_on
+from .model import (
+    held_fixed,
+    layered_settings,
+    layers_in_words,
+    misfit_of,
+    model_of,
+    not_identified,
+    own_ruptures,
+    warnings_on,
+)
 from .model_selection import (
     Candidate,
     candidate,
@@ -172,19 +181,20 @@ def identify_layered(
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)
     found = ruptures(ended)
-    known = replace(uncertainty_of(ended), undecided=undecided_saturations(best.solved))
+    own = {single: _recording(single, run, ended, given) for run, single in enumerate(usable)}
+    misfit, undecided = misfit_of(ended, own), undecided_saturations(best.solved)
+    known = replace(uncertainty_of(ended), undecided=undecided, refuted=misfit.found)
     parameters = known.estimates()
     model, trouble = _model(ended, found, given, usable)
-    own = {single: _recording(single, run, ended, given) for run, single in enumerate(usable)}
     recordings = tuple(own.get(single) or _without_values(single) for single in singles)
     return LayeredFit(
         recordings=recordings,
         parameters=parameters,
         model=model,
         quality=pooled_quality(recordings),
-        warnings=(*warnings_of(singles, model, one_layer=False), *trouble, *warnings_on(ended, recordings)),
+        warnings=(*warnings_of(singles, model, one_layer=False), *trouble, *warnings_on(ended, recordings, misfit)),
         held_fixed=held_fixed(ended),
-        unknown=(*not_identified(ended, parameters), *known.correlations().sentences()),
+        unknown=(*not_identified(ended, parameters, known.undetermined), *known.correlations().sentences()),
         choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
         settings=layered_settings(best, tried, settings_of("cone_cylinder", given.needle, singles)),
         ruptures=found,

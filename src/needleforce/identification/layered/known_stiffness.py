@@ -104,7 +104,7 @@ def _searched(alone: Solved, known: tuple[KnownStiffness, ...], search: Search) 
     """
     for _ in range(MAX_ROUNDS):
         problem = replace(alone.problem, known=weighted(alone, known))
-        held = problem.unknowns.held | {each.place for each in known}
+        held = problem.unknowns.held | {each.place for each in known} | {problem.unknowns.withdrawal}
         near = replace(problem, unknowns=replace(problem.unknowns, held=held))
         starts = [near.solve(x, FINAL_STEPS)[0] for x in _at_the_values(problem, alone.x)]
         found = search(problem, [alone.x, *starts])

@@ -2,6 +2,7 @@
 """What a layered fit states next to its values: the model for simulation and the rupture depths of its layers in every
 run; warnings, assumptions and settings."""
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,13 @@ from ...models.model import Layer, Model
 from ...models.parameter_units import UNITS
 from ..estimates import Estimate
 from ..models import LAYERED, UNKNOWN_TIP, half_angle
+from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
 from ..settings import Evidence, FitSettings, LayeredSettings
-from ..statistics.noise import TWO_SIDED, noise_of
+from ..statistics.noise import SIGNIFICANT, TWO_SIDED, noise_of
+from ..statistics.regression import independent_samples
+from ..strokes import cycle_span
+from .binned_cycle import without_outliers
 from .known_stiffness import disagreements
 from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MIN_INDENTATION_M, MM, NO_RELAXATION, NO_SATURATION, LayerRow, prefix
@@ -32,6 +37,10 @@ MIN_SHARE = 1e-9  # [1] a smaller relaxing share is none
 NO_SATURATION_SHARE = 0.99  # [of the largest saturation depth] beyond, the contact does not saturate
 SCAN_STEP_MM = 0.02  # [mm] of the interval of a rupture
 SCAN_RANGE_MM = 1.5  # [mm] on each side
+MAX_OVER_NOISE, NUMERICAL = 1.1, 2.5e-4
+"""Residual over a well-known noise, beyond which it is more than noise: right fits of three layers stay below 1.03. And
+what the bins of the fit leave, of the peak."""
+NOT_IN_TABLE = "Nothing in these recordings determines {}: not in the table of parameters."
 MAX_RESIDUAL_RATIO = 2.0  # over the median residual
 MAX_RESIDUAL = 0.1  # [of the peak] repeats of one specimen differ by less
 
@@ -125,10 +134,53 @@ def layers_in_words(solved: Solved) -> str:
     return f"{count} layer" + ("s" if count > 1 else "")
 
 
-def warnings_on(solved: Solved, recordings: tuple[RecordingFit, ...]) -> tuple[str, ...]:
+@dataclass(frozen=True)
+class Misfit:
+    """Rms ``residual`` of the recordings [N], the ``noise`` of their free travel [N], and the ``limit`` of the ratio of
+    the two, which a right model exceeds by chance in less than one of a thousand fits; NaN where no free travel shows
+    the noise."""
+
+    residual: float
+    noise: float
+    limit: float
+
+    @property
+    def found(self) -> bool:
+        """Whether the residual is more than the noise."""
+        return self.residual > self.limit * self.noise
+
+    @property
+    def sentence(self) -> str:
+        """The residual over the noise, in words."""
+        return (
+            f"The residual is {self.residual / self.noise:.1f} times the noise ({1e3 * self.residual:.3g} of "
+            f"{1e3 * self.noise:.3g} mN in the free travel): the tissue does not follow this law, or the search ended "
+            "in another minimum. The values describe these recordings; no interval is known to hold that of the tissue."
+        )
+
+
+def misfit_of(solved: Solved, own: dict[SegmentedRecording, RecordingFit]) -> Misfit:
+    """The residual of the recordings in the order of the runs, without outliers, over the noise."""
+    squares, noises, known = [], [], 0.0
+    for (single, each), cycle in zip(own.items(), solved.problem.cycles):
+        free = cycle.zero.noise
+        if not free.count or not len(each.residuals):
+            continue
+        used = without_outliers(single.recording, single.events)
+        span, _ = cycle_span(single.strokes, single.events)
+        squares.append(np.mean(each.residuals[span][used[span]] ** 2))
+        noises.append(free.variance + single.force_step**2 / 12.0 + (NUMERICAL * cycle.peak) ** 2)
+        known += independent_samples([free])
+    if not noises:
+        return Misfit(np.nan, np.nan, np.nan)
+    limit = max(MAX_OVER_NOISE, 1.0 + SIGNIFICANT / np.sqrt(2.0 * known))
+    return Misfit(float(np.sqrt(np.mean(squares))), float(np.sqrt(np.mean(noises))), float(limit))
+
+
+def warnings_on(solved: Solved, recordings: tuple[RecordingFit, ...], misfit: Misfit) -> tuple[str, ...]:
     """Sentences on what limits the validity of the values."""
     cycles = solved.problem.cycles
-    found = []
+    found = [misfit.sentence] if misfit.found else []
     residuals = [(each.file, each.quality.nrmse) for each in recordings if each.quality is not None]
     middle = float(np.median([residual for _, residual in residuals])) if residuals else 0.0
     if len(cycles) < MIN_REPEATS:
@@ -184,9 +236,10 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     return tuple(held)
 
 
-def not_identified(solved: Solved, parameters: dict[str, Estimate]) -> tuple[str, ...]:
+def not_identified(solved: Solved, parameters: dict[str, Estimate], undetermined: tuple[str, ...]) -> tuple[str, ...]:
     """What these recordings cannot identify."""
-    found = [
+    found = [NOT_IN_TABLE.format(", ".join(undetermined))] if undetermined else []
+    found += [
         "Moduli and Poisson ratio of the tissue: recordings identify the stiffness of the contact; a modulus needs "
         "the tip too.",
         "Stiffness coefficient, saturation depth and contact depth separately: their combination, the slope of the "

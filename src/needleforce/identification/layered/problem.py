@@ -75,7 +75,8 @@ class Problem:
     """The law with ``unknowns`` and the ``cycles`` of the repeats, in a ``form`` of ``LAYERED``.
 
     ``ridge`` keeps the punctures of the runs near their mean: ``FREE_RIDGE`` or ``TIED_RIDGE``. ``speed`` [m/s] is that
-    to which the parameters refer, ``known`` what is known of springs beforehand.
+    to which the parameters refer, ``known`` what is known of springs beforehand; ``limits`` are lowest and highest x
+    where these cycles are parts of others, whose limits they are.
     """
 
     cycles: tuple[BinnedCycle, ...]
@@ -84,6 +85,7 @@ class Problem:
     speed: float
     ridge: float = FREE_RIDGE
     known: tuple[KnownStiffness, ...] = ()
+    limits: tuple[np.ndarray, np.ndarray] | None = None
 
     @cached_property
     def _core(self) -> core.LayeredProblem:
@@ -164,6 +166,8 @@ class Problem:
         deepest point, its surface comes to rest inside the tissue, and no spring is stiffer than one that the largest
         force strains by a bin of the search. A stiffer one is a rigid body: it would fit the noise of the depth. A
         limit moves beyond a stiffness that is known beforehand."""
+        if self.limits is not None:
+            return self.limits
         low, high = self.unknowns.bounds()
         first = PER_LAYER * np.arange(self.unknowns.layers)
         contact = min(cycle.contact for cycle in self.cycles)

@@ -24,25 +24,15 @@ from .parameters import (
     logistic,
 )
 from .problem import TIED_RIDGE, Problem
+from .starts import first_starts, grown_starts, typical_starts
 
 SCREENING_STEPS, FINAL_STEPS = 15, 100  # of the descent from every start, and from the finalists
 N_FINALISTS = 3  # best starts after the screening
 N_REPLACED, MIN_GAIN = 3, 1e-3  # how often other mechanisms are tried, and the gain of cost that one of them needs
-ROUGH_STEPS = 10  # of the descent from every rough start before the screening
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
 MIN_SPEED_RATIO = 1.3  # between repeats, to identify the dependence of forces on speed
-TISSUE_START = (0.0, 0.0, 0.0, 0.2, 5.5, -7.8, 2.0)
-"""Friction ratio, stiffness of 250 N/m, rupture within 0.4 mm, resting surface at 2 mm; the force sets the contact."""
-WEAK_LAYER = (7.6, -6.9, 0.0, 0.0, 4.6, -7.6, 1.0)
-"""A layer to be added: c = 2 kN/m^2, h_s = 1 mm, k_t = 100 N/m."""
-COMMON_START = (0.2, 0.0, 0.0, 0.0)
-"""Half of the force relaxes, half of that with the shorter time; forces do not depend on speed, friction is the same
-in both directions."""
 SATURATION_SHARES = (0.4, 0.75)  # [of the indentation at the rupture] other saturation depths
-BEYOND_DEEPEST_MM = 1.0  # [mm] below the deepest point: puncture of a layer that does not rupture
 MIN_INDENTATION_MM = 1.0  # [mm] between a layer's top and its puncture
-TOP_SHARES = (0.35, 0.7, 1.0)  # [of the distance from contact to first puncture] starts of a second layer's top
-N_ADDED_TOPS = 4  # starts of a further layer's top
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +50,8 @@ class Solved:
 
 
 def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitted") -> Iterator[Solved]:
-    """Fits with 1, 2, … ``max_layers`` layers in the form that is not passive, each without a warm start and from the
-    fit with one layer less."""
+    """Fits with 1, 2, … ``max_layers`` layers in a form, each without a warm start and from the fit with one layer
+    less."""
     speeds, before = [cycle.speed for cycle in cycles], None
     typical = float(np.exp(np.mean(np.log(speeds))))
     times = relaxation_times(cycles)
@@ -71,7 +61,8 @@ def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitte
         held |= set() if any((cycle.stroke == 2).any() for cycle in cycles) else {unknowns.withdrawal}
         unknowns = replace(unknowns, held=frozenset(held))
         problem = Problem(cycles=cycles, unknowns=unknowns, form=form, speed=typical)
-        starts = list(_symmetric(problem, first_starts(cycles, unknowns))) if layers < 3 else []
+        starts = list(first_starts(problem, on_all_cores))
+        starts += list(_symmetric(problem, typical_starts(cycles, unknowns))) if layers < 3 else []
         if before is not None:
             starts += grown_starts(cycles, before.problem.unknowns, before.x)
         before = best(problem, starts)
@@ -83,7 +74,7 @@ def _symmetric(problem: Problem, starts: Iterable[np.ndarray]) -> Iterator[np.nd
     from them ends more often where friction stands for something else."""
     unknowns = problem.unknowns
     held = replace(problem, unknowns=replace(unknowns, held=unknowns.held | {unknowns.withdrawal}))
-    yield from (x for x, _ in on_all_cores(lambda x: held.solve(x, ROUGH_STEPS), starts))
+    yield from (x for x, _ in on_all_cores(lambda x: held.solve(x, 10), starts))
 
 
 def on_all_cores(work: Callable, items: Iterable) -> Iterator:
@@ -194,9 +185,9 @@ def made_passive(
     upwards: list[Solved] = []
     for fitted in solved:
         problem = replace(fitted.problem, form=form, cycles=cycles or fitted.problem.cycles)
-        starts = list(_stiffer(fitted))
+        starts = [*_stiffer(fitted), *first_starts(problem, on_all_cores)]
         if problem.unknowns.layers < 3:
-            starts += first_starts(problem.cycles, problem.unknowns)
+            starts += typical_starts(problem.cycles, problem.unknowns)
         if upwards:
             # without this start, one layer more might fit worse in this form
             starts += grown_starts(problem.cycles, upwards[-1].problem.unknowns, upwards[-1].x)
@@ -235,65 +226,3 @@ def _stiffer(solved: Solved) -> Iterator[np.ndarray]:
         x[layers + TISSUE_STIFFNESS] += spring
         x[layers + FRICTION_RATIO] -= spring
         yield x
-
-
-def first_starts(cycles: tuple[BinnedCycle, ...], unknowns: LayeredParameters) -> Iterator[np.ndarray]:
-    """Starting vectors for one or two layers."""
-    contact = np.median([cycle.contact for cycle in cycles]) / MM
-    deepest = np.median([cycle.deepest for cycle in cycles]) / MM
-    first = _first_punctures(cycles, 0.0, deepest + BEYOND_DEEPEST_MM)
-    if unknowns.layers == 1:
-        yield _start(cycles, [contact], first[:, None])
-        return
-    middle = float(np.median(first))
-    without_rupture = np.full(len(cycles), deepest + BEYOND_DEEPEST_MM)
-    found = _first_punctures(cycles, middle + MIN_INDENTATION_MM, 0.5 * (middle + deepest))
-    for share in TOP_SHARES:
-        for second in (found, without_rupture):
-            top = min(contact + share * (middle - contact), float(np.median(second)) - MIN_INDENTATION_MM)
-            yield _start(cycles, [contact, top], np.column_stack([first, second]))
-
-
-def grown_starts(cycles: tuple[BinnedCycle, ...], before: LayeredParameters, x: np.ndarray) -> Iterator[np.ndarray]:
-    """The vector ``x`` of a fit with one layer less, with a weak layer added at several depths, with or without a
-    rupture."""
-    shared, common = x[: before.relaxing], x[before.relaxing : before.shared]
-    deepest = np.median([cycle.deepest for cycle in cycles]) / MM
-    highest = shared[TOP::PER_LAYER].min()
-    for top in np.linspace(highest + 1.0, deepest - 3.0, N_ADDED_TOPS):
-        last = deepest + BEYOND_DEEPEST_MM
-        for puncture in sorted({round(last, 1), round(min(top + 3.0, last), 1)}):
-            added = np.array(WEAK_LAYER)
-            added[TOP] = top
-            own = np.column_stack([before.punctures(x), np.full(before.runs, puncture)])
-            yield np.concatenate([shared, added, common, own.ravel()])
-    # and one that weighs next to nothing, so that one layer more never fits worse
-    added = np.array(WEAK_LAYER)
-    added[[COEFFICIENT, TISSUE_STIFFNESS, TOP]] = 0.0, 0.0, 0.5 * (highest + deepest)
-    own = np.column_stack([before.punctures(x), np.full(before.runs, deepest + BEYOND_DEEPEST_MM)])
-    yield np.concatenate([shared, added, common, own.ravel()])
-
-
-def _start(cycles: tuple[BinnedCycle, ...], tops: list[float], punctures: np.ndarray) -> np.ndarray:
-    """The vector of typical tissue layers with ``tops`` [mm] that rupture at ``punctures`` (runs, layers) [mm]."""
-    peak = np.median([cycle.peak for cycle in cycles])
-    parts = []
-    for layer, top in enumerate(tops):
-        indentation = max(float(np.median(punctures[:, layer])) - top, 0.5) * MM
-        saturation = min(6e-3, 0.5 * indentation)
-        force = peak * (0.8 if layer == 0 else 0.4)
-        part = np.array(TISSUE_START)
-        part[COEFFICIENT] = np.log(force / (saturation * (2.0 * indentation - saturation)))
-        part[SATURATION], part[TOP] = np.log(saturation), top
-        part[TISSUE_STIFFNESS] += np.log(peak / 5.0)  # in proportion to the stiffness of the contact
-        parts.append(part)
-    return np.concatenate([*parts, COMMON_START, punctures.ravel()])
-
-
-def _first_punctures(cycles: tuple[BinnedCycle, ...], above: float, otherwise: float) -> np.ndarray:
-    """Each run's first puncture deeper than ``above`` [mm]; the median for a run without one, ``otherwise`` if no run
-    has one."""
-    found = [[one.depth / MM for one in cycle.punctures if one.depth / MM > above] for cycle in cycles]
-    known = [depths[0] for depths in found if depths]
-    middle = float(np.median(known)) if known else otherwise
-    return np.array([depths[0] if depths else middle for depths in found])

@@ -42,6 +42,7 @@ NAMES = {
     RESTING_SURFACE: "resting_surface",
 }
 OF_A_RUPTURE = ("friction_per_length", "tissue_stiffness", "rupture_length", "resting_surface", "puncture_indentation")
+WHERE = ("contact_depth", "top", "puncture_depth", "puncture_indentation")
 DERIVED = ("contact_stiffness", "puncture_indentation")
 MAX_LOG, MAX_LOG_HALF = 300.0, 7.0  # of draws; of a half width: more than a factor of 1000 is no interval
 
@@ -72,6 +73,9 @@ class Uncertainty:
         Names of parameters at a limit of the search, whose intervals have no meaning.
     undecided : frozenset of str
         Names of saturation depths without which the fit is about as good: their intervals have no upper end.
+    refuted : bool
+        True if the residual is more than the noise: the law, or the minimum that the search found, is not that of the
+        tissue, and no interval about it is known to hold the truth, except of what was known beforehand.
     for_unit_noise : numpy.ndarray
         Variances (p,) that uncorrelated residuals of variance 1 would give.
     by_prior : numpy.ndarray or float
@@ -89,6 +93,7 @@ class Uncertainty:
     absent: frozenset[str] = frozenset()
     limited: frozenset[str] = frozenset()
     undecided: frozenset[str] = frozenset()
+    refuted: bool = False
     for_unit_noise: np.ndarray | float = np.nan
     by_prior: np.ndarray | float = 0.0
     known: dict[str, str] = field(default_factory=dict)
@@ -140,13 +145,29 @@ class Uncertainty:
         value = self.value[self.names.index(prefix(int(found) - 1) + "puncture_indentation")]
         return min(float(value), self.travel)
 
+    @cached_property
+    def undetermined(self) -> tuple[str, ...]:
+        """Names of the parameters in the model that the recordings leave open: a positive one between nothing and
+        infinity, or a depth over more than the travel. Where layers begin and rupture, they always state."""
+        return tuple(
+            name
+            for k, (name, unit) in enumerate(self.units.items())
+            if name not in self.absent
+            and not name.endswith(WHERE)
+            and (
+                self.half[k] >= MAX_LOG_HALF * self.value[k]
+                if positive([name])[0]
+                else self.half[k] > (self.travel if unit == "m" else np.inf)
+            )
+        )
+
     def estimates(self) -> dict[str, Estimate]:
-        """Every parameter with its interval; a positive one has an interval of its logarithm."""
+        """Every parameter that is determined, with its interval; a positive one has an interval of its logarithm."""
         enough, source = self.runs >= MIN_REPEATS, f"layered fit, {counted(self.runs, 'recording')}"
         source += ", jackknife over repeats" if enough else ""
         made = {}
         for k, (name, unit) in enumerate(self.units.items()):
-            if name in self.absent:
+            if name in self.absent or name in self.undetermined:
                 continue
             value, half, above_zero = float(self.value[k]), float(self.half[k]), bool(positive([name])[0])
             low, high = _limits(value, half, above_zero)
@@ -166,7 +187,9 @@ class Uncertainty:
                 low,
                 high,
                 between_repeats_sd=float(self.between_sd[k]) if enough else None,
-                identifiable=bool(identifiable and name not in self.limited),
+                identifiable=bool(
+                    identifiable and name not in self.limited and (name in self.known or not self.refuted)
+                ),
                 source=f"{source}, with {self.known[name]}" if name in self.known else source,
                 within_run_sd=float(self.within_sd[k]) if enough else None,
                 systematic=tuple(float(max(part, 0.0)) if np.isfinite(part) else 0.0 for part in systematic),

@@ -16,7 +16,7 @@ from ...files import open_regular
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, may_be_grouped, numbers_of
 from .rows import NO_VALUE, WHITESPACE
-from .text_rows import Encoding, TextRows, ambiguous_sign, check_samples
+from .text_rows import Encoding, TextRows, ambiguous_sign, check_samples, split_cells
 
 _CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two
 _SPREADSHEET_SIGN = re.compile(rb"#(N/A|DIV|VALUE|NUM|REF|NULL|NAME)")
@@ -34,7 +34,8 @@ def mixed_columns(rows: TextRows, columns: Sequence[int]) -> tuple[list[np.ndarr
     except (ValueError, OverflowError, IndexError) as error:  # pandas' IndexError: no row is left without comments
         rows = _of_one_byte(rows)
         rows.fault(columns)
-        values = _from_texts(rows, columns, error)
+        width = max((len(split_cells(line, rows.delimiter)) for _, _, line in rows.lines()), default=0)
+        values = _from_texts(rows, columns, error, max(width, len(rows.headers)))
     else:
         for column, found in values.items():
             if _may_be_grouped(found) and may_be_grouped(rows.texts(column)):
@@ -56,12 +57,12 @@ def _of_one_byte(rows: TextRows) -> TextRows:
     return rows
 
 
-def _from_texts(rows: TextRows, columns: Sequence[int], error: Exception) -> dict[int, np.ndarray]:
+def _from_texts(rows: TextRows, columns: Sequence[int], error: Exception, width: int) -> dict[int, np.ndarray]:
     """The values of a table whose cells are numbers, but not as pandas reads them: with signs of thousands, exponents
-    of Fortran, or decimal signs that differ between columns. Raises InputError."""
+    of Fortran, decimal signs that differ between columns, or rows of up to ``width`` cells. Raises InputError."""
     step = "Look at the table in an editor, or export it again."
     try:
-        texts = _in_chunks(rows, columns, as_text=True)
+        texts = _in_chunks(rows, columns, width)
         found = numbers_of({k: texts[k] for k in columns if k not in rows.clock_columns}, rows.decimal)
     except UnclearSign as unclear:
         raise ambiguous_sign(rows.headers[unclear.index], rows.decimal, rows.path) from None
@@ -85,12 +86,14 @@ def _may_be_grouped(values: np.ndarray) -> bool:
     return bool(whole.any() and len(parts) and three and (found < 1e3).all())
 
 
-def _in_chunks(rows: TextRows, columns: Sequence[int], as_text: bool = False) -> dict[int, np.ndarray]:
-    """The values of the columns by pandas, or their texts; times of a clock in seconds."""
+def _in_chunks(rows: TextRows, columns: Sequence[int], width: int = 0) -> dict[int, np.ndarray]:
+    """The values of the columns by pandas, or the texts in rows of up to ``width`` cells; times of a clock in
+    seconds."""
+    as_text = width > 0
     used = sorted(set(columns))
     kinds = {k: str if as_text or k in rows.clock_columns else np.float64 for k in used}
     options = {"dtype": kinds, "usecols": used, "chunksize": min(_CHUNK_ROWS, _CHUNK_CELLS // len(rows.headers))}
-    options |= {"comment": "#"} if _has_comments(rows) else {}
+    options |= {"names": range(width or len(rows.headers))} | ({"comment": "#"} if _has_comments(rows) else {})
     chunks, done = [], 0
     with _Rows(rows) as file:
         for frame in _parsed(rows, file, options):
@@ -131,7 +134,6 @@ def _read_options(rows: TextRows) -> dict[str, Any]:
         "encoding": "utf-8",
         "encoding_errors": "replace",
         "header": None,
-        "names": range(len(rows.headers)),
         "index_col": False,
         "skipinitialspace": rows.delimiter != WHITESPACE,
         "na_values": NO_VALUE,

@@ -3,7 +3,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from ...units import DIMENSIONS, find
 
@@ -37,6 +37,9 @@ _PLAIN = {sign: _plain(sign) for sign in SIGNS}
 MISSING = frozenset(("", "na", "n/a", "null", "none", "<na>", "-", "--", "---", "*", "#n/a", "#div/0!", "#value!",
                      "#num!", "#ref!", "#null!", "#name?"))  # fmt: skip
 NO_VALUE = sorted({word for each in MISSING for word in (each, each.upper(), each.capitalize())} - {""})
+_HEADER_LINES = 8  # above a table, in which its headers are
+_MAX_WORDS = 4  # of the name of a value
+_SEARCHED = 64  # lines above a table, of which some are keywords
 MIN_ROWS = 20  # shorter runs of numbers are settings or results, if there is a longer one
 _RATIOS = ("", "1", "-", "mm/mm", "m/m", "in/in", "%", "percent")
 _BRACKETS = {"(": ")", "[": "]", "<": ">", "{": "}"}
@@ -45,7 +48,8 @@ _BRACKETS = {"(": ")", "[": "]", "<": ">", "{": "}"}
 @dataclass(frozen=True, kw_only=True)
 class Block:
     """A table within rows: first row and the one after the last, headers (empty without), units of their row,
-    and which columns hold text; ``short_header`` are headers that lack one for a column of values."""
+    which columns hold text, and how many of the last are beyond an empty one and have no header; ``short_header`` are
+    headers that lack one for a column of values."""
 
     first: int
     stop: int
@@ -54,6 +58,7 @@ class Block:
     width: int = 0
     short_header: list[str] = field(default_factory=list)
     text_columns: frozenset[int] = frozenset()
+    stray: int = 0
 
     @property
     def numeric(self) -> int:
@@ -89,14 +94,47 @@ def kinds(row: Row) -> str:
 def blocks(rows: Sequence[Row], shapes: Sequence[str] | None = None) -> list[Block]:
     """The tables in ``rows``, in their order; ``shapes`` are the kinds of each row if they are known.
 
-    Rows of which no cell is a number end a table. A table is the longest run of rows of equal kinds between two of
-    these, with the rows around it: a damaged cell within a table is reported when it is read, and is no end. Of several
-    tables those with at least 20 rows are given, or the longest alone.
+    Rows of which no cell is a number end a table, as do those such as ``RATE = 100 Hz``. A table is the longest run of
+    rows of equal kinds between two of these, with the rows around it: a damaged cell within a table is reported when it
+    is read, and is no end. Of several tables those with at least 20 rows are given, or the longest alone.
     """
     shapes = [kinds(row) for row in rows] if shapes is None else shapes
+    shape, usual, _ = _longest_run(shapes, 0, len(shapes))
+    if rows and not _states_value(rows[usual]):
+        shapes = ["t" * len(s) if "n" in s and _states_value(row) else s for row, s in zip(rows, shapes)]
+    rows, shapes, stray = _without_stray(rows, shapes, shape, usual)
     found = [block for part in _between_texts(shapes) if (block := _block(rows, shapes, *part))]
+    found = [replace(each, stray=max(0, each.width - stray)) if stray else each for each in found]
     longest = max((_rows_of(shapes, each) for each in found), default=0)
     return [each for each in found if _rows_of(shapes, each) >= min(longest, MIN_ROWS)]
+
+
+def _states_value(row: Row) -> bool:
+    """Whether the cells of a row are the words of a name, ``=`` or a colon, and a value of one to three words."""
+    at = next((k for k, cell in enumerate(row) if cell.endswith(("=", ":"))), len(row))
+    name = [*row[:at], row[at].rstrip("=: ")] if at < len(row) else []
+    return (
+        0 < len(name) <= _MAX_WORDS and name[0] != "" and at < len(row) - 1 <= at + 3 and not any(map(is_number, name))
+    )
+
+
+def _without_stray(
+    rows: Sequence[Row], shapes: Sequence[str], shape: str, first: int
+) -> tuple[Sequence[Row], Sequence[str], int]:
+    """Rows and their kinds without the cells beyond an empty column where the headers end, as notes to the right of a
+    table are; and the number of that column, 0 without such cells. Most rows have ``shape``, from ``first`` on."""
+    at = next((k for k in range(2, len(shape)) if shape[k] == "e"), len(shape))
+    beyond = [len(row) for row in rows if len(row) > at and not row[at] and any(row[at:])]
+    while first and (not shapes[first - 1] or _joint(shapes[first - 1][:at], shape[:at])):
+        first -= 1
+    names = [k for k in range(max(0, first - _HEADER_LINES), first) if shapes[k][:at].count("t") > 1]
+    named = any("t" in shapes[k][at:] and "n" not in shapes[k][at:] for k in names)
+    if not beyond or not names or (named and at < len(shape)):
+        return rows, shapes, 0
+    width = max(beyond)
+    ends = [len(row) == at or (len(row) > at and not row[at]) for row in rows]
+    cut = [[*row[:at], *[""] * (width - at)] if end else row for row, end in zip(rows, ends)]
+    return cut, [each[:at] + "e" * (width - at) if end else each for each, end in zip(shapes, ends)], at
 
 
 def _rows_of(shapes: Sequence[str], block: Block) -> int:
@@ -116,13 +154,14 @@ def _between_texts(shapes: Sequence[str]) -> Iterator[tuple[int, int]]:
 def _block(rows: Sequence[Row], shapes: Sequence[str], start: int, stop: int) -> Block | None:
     """The table in a stretch of rows; None if no two neighbouring rows agree in their cells."""
     shape, first, last = _longest_run(shapes, start, stop)
-    headers, units = _header(rows, shapes, start, len(shape))
+    width = len(shape)
+    headers, units = _header(rows, shapes, start, width)
     short = _names(headers) if len(_names(headers)) < len(shape) and shape[-1] != "e" else []
     if last - first < 2 and not headers:
         return None
     above = next((k for k in range(first - 1, start - 1, -1) if shapes[k]), start)
     if headers:
-        first = next(k for k in range(start, stop) if shapes[k])
+        first = next(k for k in range(start, stop) if len(shapes[k]) > (width > 1))
     elif above < first and _is_header(shapes[above], shape) and not has_key(rows[above]):
         headers = list(rows[above])
     else:
@@ -194,7 +233,10 @@ def _joint(one: str, other: str) -> str:
 
 def _header(rows: Sequence[Row], shapes: Sequence[str], start: int, width: int) -> tuple[list[str], list[str]]:
     """Headers and units, of the rows of text right above row ``start``."""
-    above = [k for k in range(max(0, start - 8), start) if shapes[k].strip("e")]
+    above = [k for k in range(max(0, start - _SEARCHED), start) if shapes[k].strip("e")]
+    while above and width > 1 and _is_keyword(rows[above[-1]]):
+        above.pop()
+    above = above[-_HEADER_LINES:]
     above = above[len(above) - _trailing(above, shapes) :]
     fitting = [k for k in above if _fits(rows[k], width) and not has_key(rows[k])]
     if not fitting or fitting[-1] != above[-1]:
@@ -204,6 +246,11 @@ def _header(rows: Sequence[Row], shapes: Sequence[str], start: int, width: int) 
     units = list(rows[last[0]]) if last else []  # a column of texts has none
     names = max([k for k in whole if k not in last[:1]] or [k for k in fitting if k not in last[:1]])
     return [each.strip() for each in rows[names]], [bare(unit) for unit in units]
+
+
+def _is_keyword(row: Row) -> bool:
+    """Whether a row is one word or sentence, or states a value, and has no names of columns."""
+    return sum(map(bool, row)) == 1 or _states_value(row)
 
 
 def _trailing(above: Sequence[int], shapes: Sequence[str]) -> int:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""TDMS by nptdms: each group is a table; channels of another length or rate than the others are tables of their own."""
+"""TDMS by nptdms: each group is a table; channels of another length, rate or start than the others are tables of their
+own."""
 
 import logging
 import os
@@ -20,11 +21,12 @@ _FORMAT = "TDMS (LabVIEW)"
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "units", "Unit")
 _TIMES = ("time", "zeit", "temps", "tiempo", "tempo")  # how the names of channels with times begin
 _MAX_CHANNELS = 4096
+_SAME_START = 0.99  # of a step: starts that differ by less are of the channels of one multiplexer
 _MAX_TEXT_CHARS = 200  # of a property that is kept as a comment
 
 
 def tables(path: Path) -> list[Table]:
-    """The tables of a TDMS file: the channels of each group, scaled, with those of one length and rate together.
+    """The tables of a TDMS file: the channels of each group, scaled, with those of one length, rate and start together.
 
     Channels with the property ``wf_increment`` are sampled evenly: unless one of them is a time, the table begins with
     a column ``time`` in seconds. Raises InputError for a damaged file.
@@ -55,23 +57,47 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def _add_group(found: FileArrays, group: Any, root: list[tuple[str, str]]) -> None:
-    """Add the channels of a group: one table for each length and rate."""
+    """Add the channels of a group: one table for each length, rate and start."""
     comments = [*_comments(group.properties), *root]
-    tables: dict[tuple, list[Any]] = {}
+    tables: list[list[Any]] = []
     for channel in group.channels():
         if channel.dtype.kind not in "iufMSO" or len(channel) < 2:
             found.leave_out(f"{group.name}/{channel.name} ({len(channel)} values)")
             continue
         _check_length(channel, found.path)
-        tables.setdefault((len(channel), _step(channel)), []).append(channel)
-    for (length, (step, start)), channels in tables.items():
-        suffix = f" ({length} rows{f' every {step:g} s' if step else ''})" if len(tables) > 1 else ""
+        together = next((each for each in tables if all(_are_joined(channel, other) for other in each)), None)
+        if together is None:
+            tables.append(together := [])
+        together.append(channel)
+    names = [_named(channels[0]) if len(tables) > 1 else "" for channels in tables]
+    for channels, name in zip(tables, names):
+        length, (step, start) = len(channels[0]), _step(channels[0])
+        first = next((each for each in channels if _start(each) is not None), channels[0])
+        begins = f" from {_start(first)[-15:]}{f' + {start:g} s' if start else ''}" if _start(first) else ""
         arrays = [_array(found.path, each) for each in channels]
         sampling = _sampling(channels[0].properties)
         if step and not any(_is_time(each) for each in channels):
             arrays.insert(0, _even_steps(channels[0].properties, length, step, start))
-            sampling += _started(channels[0].properties)
-        found.add(f"{group.name}{suffix}", arrays, [*sampling, *comments])
+            sampling += [("wf_start_time", _start(first))] if _start(first) else []
+        found.add(f"{group.name}{name}{begins * (names.count(name) > 1)}", arrays, [*sampling, *comments])
+
+
+def _named(channel: Any) -> str:
+    """The end of the name of the table of a channel, in a group with several."""
+    length, step = len(channel), _step(channel)[0]
+    return f" ({length} rows{f' every {step:g} s' if step else ''})"
+
+
+def _are_joined(one: Any, other: Any) -> bool:
+    """Whether the values of two channels were taken together: as many, as often, and from the same time on."""
+    (step, offset), (other_step, other_offset) = _step(one), _step(other)
+    if (len(one), step) != (len(other), other_step):
+        return False
+    starts = [_start(each) for each in (one, other)]
+    if None in starts or not step:
+        return offset == other_offset
+    apart = (np.datetime64(starts[0]) - np.datetime64(starts[1])) / np.timedelta64(1, "s") + offset - other_offset
+    return bool(abs(apart) <= _SAME_START * step)
 
 
 def _array(path: Path, channel: Any) -> Array:
@@ -108,12 +134,12 @@ def _sampling(properties: dict[str, Any]) -> list[tuple[str, str]]:
     return [(name, text) for name, text in _comments(properties) if is_rate_name(name) and unit == "s"]
 
 
-def _started(properties: dict[str, Any]) -> list[tuple[str, str]]:
-    """When the first value of a waveform was taken, which two groups need for a common zero."""
-    start = properties.get("wf_start_time")
+def _start(channel: Any) -> str | None:
+    """When the first value of a waveform was taken, which two tables need for a common zero; None without it."""
+    start = channel.properties.get("wf_start_time")
     if not isinstance(start, np.datetime64) or np.isnat(start):
-        return []
-    return [("wf_start_time", str(start.astype("datetime64[us]")))]
+        return None
+    return str(start.astype("datetime64[us]"))
 
 
 def _is_time(channel: Any) -> bool:

@@ -166,6 +166,7 @@ def _delimited(lines: Sequence[str]) -> _Layout | None:
         rows = [split_cells(line, delimiter) for line in lines]
         if each := blocks(rows):
             decimal = "." if delimiter == "," else decimal_sign(cell for row in rows[:500] for cell in row)
+            each = [_without_stray(block) for block in each]
             found.append(_Layout(delimiter=delimiter, decimal=decimal, rows=rows, blocks=each))
             if found[-1].is_sure():
                 break
@@ -177,6 +178,12 @@ def _delimited(lines: Sequence[str]) -> _Layout | None:
         return large, block.numeric > 1, not block.short_header, not block.text_columns
 
     return max(found, key=fitness, default=None)  # the first of equals
+
+
+def _without_stray(block: Block) -> Block:
+    """The table without the columns beyond an empty one that have no header: they need not be in every row."""
+    width = block.width - block.stray
+    return replace(block, width=width, headers=block.headers[:width], units=block.units[:width])
 
 
 def _table(path: Path, encoding: Encoding, lines: Sequence[str], layout: _Layout) -> TextValues:

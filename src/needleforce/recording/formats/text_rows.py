@@ -67,8 +67,9 @@ class TextRows(ABC):
         self.units = ["s" if k in self.clock_columns else unit for k, unit in enumerate(self.units)]
 
     def cells(self, line: str) -> list[str]:
-        """The cells of one line without comment and surrounding blanks."""
-        return split_cells(line, self.delimiter)
+        """The cells of one line without comment and surrounding blanks, up to an empty one beyond the last column."""
+        cells, width = split_cells(line, self.delimiter), len(self.headers)
+        return cells[:width] if len(cells) > width and not cells[width] else cells
 
     def is_value(self, cell: str, index: int) -> bool:
         """Whether a cell can be a value of a column: a time of a clock in columns of such times only."""
@@ -81,9 +82,13 @@ class TextRows(ABC):
 
     def data_lines(self) -> Iterator[tuple[int, list[str]]]:
         """Each line of data as its number in the file, from 1, and its cells. Slow; used to locate a fault."""
-        for number, _, line in self._lines(self.begin, self.first_row):
+        for number, _, line in self.lines():
             if cells := self.cells(line):
                 yield number, cells
+
+    def lines(self) -> Iterator[tuple[int, int, str]]:
+        """Each line of data: number in the file, first byte, text."""
+        return self._lines(self.begin, self.first_row)
 
     def all_lines(self) -> Iterator[tuple[int, int, str]]:
         """Each line of the file: number, first byte, text."""
@@ -124,9 +129,22 @@ class TextRows(ABC):
         """The cells of a column."""
         return [cells[index] if index < len(cells) else "" for _, cells in self.data_lines()]
 
+    def stated(self, name: str) -> list[str]:
+        """What the last comment above each row that begins with a name and a colon states, such as ``# segment: 2``."""
+        found, text = [], ""
+        for _, begin, line in self.all_lines():
+            if self.end is not None and begin >= self.end:
+                break
+            if line.lstrip().startswith("#"):
+                key, colon, value = line.lstrip("# \t").partition(":")
+                text = value.strip() if colon and key.strip() == name else text
+            elif begin >= self.begin and self.cells(line):
+                found.append(text)
+        return found
+
     def from_row(self, number: int) -> "TextRows | None":
         """The rows without the lines above the one with this number; None if it ends before."""
-        for line, offset, text in self._lines(self.begin, self.first_row):
+        for line, offset, text in self.lines():
             if line >= number and self.cells(text):
                 return replace(self, begin=offset, first_row=line)
         return None

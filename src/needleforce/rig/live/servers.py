@@ -9,7 +9,7 @@ import struct
 import threading
 import time
 from collections.abc import Callable, Mapping
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 
 from ...checks import within
 from ...errors import InputError
@@ -28,7 +28,6 @@ _REQUEST_END = b"\r\n\r\n"
 BUFFER_BYTES = 1 << 20  # large enough that nothing is lost when the rig wakes up late
 # the sensor's period while it streams, otherwise often enough for the axis' states
 _STREAMING_INTERVAL_S, _IDLE_INTERVAL_S = 1e-3, 8e-3
-_LOOPBACK = "127.0.0.1"
 
 
 class AxisServer:
@@ -78,7 +77,9 @@ class AxisServer:
         client.setblocking(False)
         if self._client:
             self._say(f"axis: {address[0]}:{address[1]} refused, another client has it")
-            _send_and_close(client, answer_line(Answer("connection", False, "another client has the axis")))
+            with suppress(OSError):
+                client.send(f"{answer_line(Answer('connection', False, 'another client has the axis'))}\n".encode())
+            client.close()
             return
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._client, self._read, self._waiting = client, b"", b""
@@ -133,14 +134,6 @@ class AxisServer:
         self._say("axis: client disconnected, stopping")
 
 
-def _send_and_close(client: socket.socket, line: str) -> None:
-    try:
-        client.send(f"{line}\n".encode())
-    except OSError:
-        pass
-    client.close()
-
-
 class SensorServer:
     """Server of the sensor; ``not_sent`` counts datagrams that this computer refused to send."""
 
@@ -172,14 +165,11 @@ class SensorServer:
                 data, address = self.socket.recvfrom(64)
             except OSError:
                 return
-            self._execute(now, data, address)
-
-    def _execute(self, now: float, data: bytes, address: tuple) -> None:
-        command = self._rig.request(now, data, stops=address == self._client)
-        if command in (Command.START, Command.START_BUFFERED):
-            self._client = address
-        if command is not None:
-            self._say(f"sensor: {address[0]}:{address[1]} {command.name.lower().replace('_', ' ')}")
+            command = self._rig.request(now, data, stops=address == self._client)
+            if command in (Command.START, Command.START_BUFFERED):
+                self._client = address
+            if command is not None:
+                self._say(f"sensor: {address[0]}:{address[1]} {command.name.lower().replace('_', ' ')}")
 
 
 class PageServer:
@@ -230,10 +220,8 @@ class PageServer:
         method, _, rest = request.partition(b" ")
         found = method == b"GET" and rest.partition(b" ")[0] == f"/{PAGE}".encode()
         status, page = ("200 OK", self._page) if found else ("404 Not Found", b"")
-        head = (
-            f"HTTP/1.1 {status}\r\nContent-Type: text/xml\r\nContent-Length: {len(page)}\r\nConnection: close\r\n\r\n"
-        )
-        return head.encode() + page
+        head = (f"HTTP/1.1 {status}", "Content-Type: text/xml", f"Content-Length: {len(page)}", "Connection: close")
+        return "\r\n".join([*head, "", ""]).encode() + page
 
     def _disconnect(self, client: socket.socket) -> None:
         del self._clients[client]
@@ -252,15 +240,11 @@ def bound(kind: socket.SocketKind, listen: str, port: int, option: str) -> socke
         made.setblocking(False)
     except OSError as error:
         made.close()
-        raise _refused(error, listen, port, option) from None
+        reason, step = error.strerror or str(error), "Check the address to listen at."
+        if error.errno == errno.EADDRINUSE:
+            reason, step = "in use", "Give another port, or 0 for any free one."
+        raise InputError(option, port, reason, listen, step) from None
     return made
-
-
-def _refused(error: OSError, listen: str, port: int, option: str) -> InputError:
-    """The error for an address without a socket, with the option that changes it."""
-    if error.errno == errno.EADDRINUSE:
-        return InputError(option, port, "in use", listen, "Give another port, or 0 for any free one.")
-    return InputError(option, port, error.strerror or str(error), listen, "Check the address to listen at.")
 
 
 class VirtualRig:
@@ -299,7 +283,7 @@ class VirtualRig:
         sensor_port: int = 0,
         axis_port: int = 0,
         page_port: int = 0,
-        listen: str = _LOOPBACK,
+        listen: str = "127.0.0.1",
         say: Callable[[str], None] = lambda line: None,
     ):
         self.simulated = SimulatedRig(seed, model, faults, sensor)
@@ -309,7 +293,14 @@ class VirtualRig:
         self._lock = threading.Lock()
 
     def __enter__(self) -> "VirtualRig":
-        self._open()
+        sensor, axis, page = self._ports
+        with ExitStack() as opened:  # what is open is closed if the next port is in use
+            self._sensor = SensorServer(self.simulated, self._listen, sensor, self._say)
+            opened.callback(self._sensor.close)
+            self._axis = AxisServer(self.simulated, self._listen, axis, self._say)
+            opened.callback(self._axis.close)
+            self._page = PageServer(self.simulated.sensor.configuration, self._listen, page)
+            opened.pop_all()
         self.sensor_port, self.axis_port, self.page_port = self._sensor.port, self._axis.port, self._page.port
         if not self._listen.startswith("127."):
             self._say(f"warning: listening at {self._listen}; any computer that can connect can move the axis")
@@ -331,20 +322,6 @@ class VirtualRig:
         """The ground truth so far."""
         with self._lock:
             return self.simulated.truth()
-
-    def _open(self) -> None:
-        sensor, axis, page = self._ports
-        self._sensor = SensorServer(self.simulated, self._listen, sensor, self._say)
-        try:
-            self._axis = AxisServer(self.simulated, self._listen, axis, self._say)
-            try:
-                self._page = PageServer(self.simulated.sensor.configuration, self._listen, page)
-            except InputError:
-                self._axis.close()
-                raise
-        except InputError:
-            self._sensor.close()
-            raise
 
     def _run(self) -> None:
         cut = self.simulated.faults["power_cut_s"]

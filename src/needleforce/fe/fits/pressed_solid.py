@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A hyperelastic solid under a plate or a flat end: its stiffness by indentation, and what closed forms make of it."""
+"""A hyperelastic solid under a plate or a flat end: its stiffness by indentation, the numbers of its moduli that are
+found, and what a linear solid and closed forms make of the curve."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,40 +8,26 @@ from typing import Any
 import numpy as np
 
 from ...checks import instance_of
+from ...core import tips
 from ...errors import InputError
+from ...identification.contact_search import MIN_IN_CONTACT, ContactSearch
+from ...identification.one_layer.deformation_fit import FLIP_SIGN
 from ..elastic.elements import Symmetry
 from ..elastic.factorisation import Factor
 from ..elastic.supports import facets_of, unknowns_of
+from ..hyperelastic.tissue import HyperelasticTissue
 from ..materials import Hyperelastic, MooneyRivlin, NeoHookean
 from ..mesh.mesh import library
-from .tissue import HyperelasticTissue
 
 _MIN_STEPS = 4
 
 
 class PressedSolid:
-    """A solid and the boundary that is pressed into it.
+    """A solid and the boundary that is pressed into it: the top, or a boundary of the mesh that is a part of it.
 
-    Parameters
-    ----------
-    tissue : HyperelasticTissue
-        The solid.
-    boundary : str
-        The top, or a boundary of the mesh that is a part of it.
-    bonded : bool
-        Whether its points keep their place across; without, they slide.
-    steps : int
-        Depths at which the stiffness is solved, 4 or more.
-
-    Attributes
-    ----------
-    area, radius : float
-        Of the boundary [m^2], and of a circle that is as large [m].
-
-    Raises
-    ------
-    InputError
-        If the boundary is unknown or not on the surface, or the solid is another.
+    ``bonded`` is whether its points keep their place across; without, they slide. The stiffness is solved at ``steps``
+    depths, 4 or more. ``area`` is that of the boundary [m^2], ``radius`` that of a circle as large [m]. Raises
+    InputError if the boundary is unknown or not on the surface, or the solid is another.
     """
 
     def __init__(self, tissue: HyperelasticTissue, boundary: str, *, bonded: bool, steps: int):
@@ -78,28 +65,13 @@ class PressedSolid:
         return "half-space", (1.0 - ratio**2) * slope / (2.0 * self.radius)
 
     def stiffness(self, materials: Mapping[str, Hyperelastic], deepest: float) -> Any:
-        """Logarithm of force by indentation [N/m] as a function of indentation; beyond the deepest a line.
-
-        Parameters
-        ----------
-        materials : dict of str to NeoHookean or MooneyRivlin
-            Of all labels.
-        deepest : float
-            Indentation up to which the solid is solved [m].
-
-        Returns
-        -------
-        callable
-            Of indentations (n,), at least 0 [m].
-
-        Raises
-        ------
-        InputError
-            If there is no solution; the last depth that was reached is named.
-        """
+        """Logarithm of force by indentation [N/m] as a function of indentations (n,), at least 0 [m], solved up to the
+        deepest and beyond it a line, for the materials of all labels. Raises InputError if there is no solution; the
+        last depth that was reached is named."""
         from scipy.interpolate import CubicSpline
 
-        body, reached = self._with(materials), [0.0]
+        linear, reached = self.tissue.tissue, [0.0]
+        body = HyperelasticTissue(linear.mesh, materials, **linear.options)
         motion = (*[0.0 if self.bonded else None] * (self.tissue.mesh.dimension - 1), deepest)
         try:
             found = body.solve(
@@ -113,13 +85,6 @@ class PressedSolid:
         spline = CubicSpline(np.append(0.0, depths), np.log(np.append(self.at_rest(body), forces / depths)))
         slope = float(spline(deepest, 1))
         return lambda at: spline(np.minimum(at, deepest)) + slope * np.maximum(at - deepest, 0.0)
-
-    def _with(self, materials: Mapping[str, Hyperelastic]) -> HyperelasticTissue:
-        linear = self.tissue.tissue
-        return HyperelasticTissue(
-            linear.mesh, materials, symmetry=linear.symmetry, supports=linear.supports,
-            thickness=linear.elements.thickness, order=linear.elements.order,
-        )  # fmt: skip
 
     def at_rest(self, body: HyperelasticTissue) -> float:
         """Force by indentation of the linear solid [N/m]."""
@@ -142,36 +107,39 @@ class PressedSolid:
         return InputError("indentation", f"{1e3 * deepest:.3g} mm", limit, next_step=step)
 
 
+class StraightLine:
+    """The straight line of the linear solid: force without contact, then a slope."""
+
+    def __init__(self, depth: np.ndarray, force: np.ndarray, *, radius: float, given: float | None):
+        self.depth, self.force, self.given = depth, force, given
+        zero = float(depth.min())
+        search = ContactSearch(depth - zero, force, np.ones((1, len(depth))), tips.Flat(radius=radius), None)
+        place = search.best() if given is None else given - zero
+        if not (np.isfinite(place) and (depth > zero + place).sum() > MIN_IN_CONTACT):
+            limit = f"more than {MIN_IN_CONTACT} samples must be deeper"
+            raise InputError("contact depth", f"{1e3 * (zero + place):.4g} mm", limit, next_step="Give a deeper curve.")
+        modulus = search.modulus(place)
+        if not modulus > 0.0:
+            raise InputError("force", "not rising with depth", "no contact was found", next_step=FLIP_SIGN)
+        unit = search.unit_force(place)[0]
+        self.slope = 2.0 * modulus * radius  # [N/m]
+        self.contact, self.zero = zero + place, float(np.mean(force - modulus * unit))  # [m], [N]
+        self.rmse = float(np.std(force - modulus * unit))
+
+
 _STEP = 0.05  # of the logarithm of a modulus, or of the share of c01, in a derivative
 
 
 class HyperelasticParameters:
-    """Numbers that a fit finds: logarithms of factors of moduli, then the share of c01 in c10 + c01, if searched.
+    """Numbers that a fit finds: logarithms of factors of moduli, then the share of c01 in c10 + c01, if searched: one
+    for all Mooney-Rivlin materials that are found.
 
-    Parameters
-    ----------
-    start : dict of str to NeoHookean or MooneyRivlin
-        Materials of all labels.
-    labels : tuple of str
-        Those with a factor of their own, the others keep theirs; none for one factor of all.
-    find_c01 : bool
-        Whether the share of c01 is searched, one for all Mooney-Rivlin materials that are found.
+    ``labels`` are those with a factor of their own, the others keep theirs; none for one factor of all. ``found`` are
+    the labels whose moduli are found, ``count`` and ``scales`` the numbers of all and of the factors. ``common`` is the
+    last factor if all moduli have one: their derivatives of the logarithm of a force add up to 1. ``exact`` is whether
+    one factor of all is the only number: the force is proportional to it.
 
-    Attributes
-    ----------
-    found : tuple of str
-        Labels whose moduli are found.
-    count, scales : int
-        Of all numbers, and of the factors among them.
-    common : int or None
-        The last factor, if all moduli have one: their derivatives of the logarithm of a force add up to 1.
-    exact : bool
-        Whether one factor of all is the only number: the force is proportional to it.
-
-    Raises
-    ------
-    InputError
-        If a label is unknown, or no material that is found is Mooney-Rivlin where c01 is searched.
+    Raises InputError if a label is unknown, or no material that is found is Mooney-Rivlin where c01 is searched.
     """
 
     def __init__(self, start: Mapping[str, Hyperelastic], labels: tuple[str, ...], find_c01: bool):
