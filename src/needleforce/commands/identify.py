@@ -24,13 +24,17 @@ MODEL_HELP = (
     "paper, cone_cylinder, power_law, okamura (or simone), or maurin; default: paper or cone_cylinder, by the BIC of "
     "the loading curve. cubic_foundation, hyperbolic_foundation or tanh_foundation: friction of a bent shaft, beyond "
     "the paper's line. layered, layered_yielding (both passive) or layered_as_fitted: complete cycles of layers that "
-    "are dragged along, rupture and relax, from repeats with hold and withdrawal (half a minute)."
+    "are dragged along, rupture and relax, from repeats with hold and withdrawal (half a minute). gradual_layers: "
+    "insertions alone through layers that rupture one after another."
+)
+LAYERS_HELP = (
+    "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well. Of "
+    "gradual_layers; default: one for each puncture."
 )
 MACHINE_HELP = (
     "Stiffness [N/mm] of sensor, holder and drive in series with the needle: the depth is then that of the tip. "
     "Default: none, unless the recordings show one."
 )
-LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
 
 
 class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
@@ -92,12 +96,8 @@ def _identified(done: ReadFiles, seconds: ReadFiles, **options: Any) -> "Fit":
     from ..identification.result import with_unreadable
 
     if seconds and len(seconds) != len(done):
-        raise InputError(
-            "number of --second-pass files",
-            len(seconds),
-            f"there are {len(done)} first passes",
-            next_step="Give one for each first pass, in the same order.",
-        )
+        limit, step = f"there are {len(done)} first passes", "Give one for each first pass, in the same order."
+        raise InputError("number of --second-pass files", len(seconds), limit, next_step=step)
     kept = [k for k, (_, recording) in enumerate(done) if not isinstance(recording, InputError)]
     firsts = [done[k][1] for k in kept]
     others = [None if isinstance(seconds[k][1], InputError) else seconds[k][1] for k in kept] if seconds else []

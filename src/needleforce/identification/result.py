@@ -126,7 +126,7 @@ class Fit(EstimateResult):
             For a fit without a model.
         """
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
-        return (model, contact) if events is None else replayed(model, contact, self.recordings, events)
+        return (model, contact) if events is None else replayed(model, self.parameters, self.recordings, events)
 
     @property
     def shared_contact(self) -> float | None:
@@ -223,7 +223,9 @@ class Fit(EstimateResult):
     def identified_model(self) -> Model:
         """The model. Raises InputError with the reason where there is none."""
         if self.model is None:
-            reason = "; ".join(note for each in self.recordings for note in each.notes[:1]) or "there was no recording"
+            stated = [each for each in self.warnings if each.startswith("No model")]
+            stated = stated or [note for each in self.recordings for note in each.notes[:1]]
+            reason = "; ".join(stated) or "there was no recording"
             step = "See fit.warnings and the notes of each of fit.recordings."
             raise InputError("model of the fit", "missing", reason, next_step=step)
         return self.model

@@ -139,7 +139,7 @@ def _shown(single: SegmentedRecording) -> Estimate | None:
         return None
     if min(profile.squares(share * largest) for share in (0.5, 1.0)) > (1.0 - MIN_GAIN) * without.sse:
         return None
-    best, error = _least(profile, largest)
+    best, error = _best(profile, largest)
     left = profile.residuals(best)
     if left is None or not best > TWO_SIDED * error:
         return None
@@ -168,7 +168,7 @@ def _free_noise(single: SegmentedRecording) -> Noise | None:
     return noise_of(free - free.mean(), len(free), single.recording.card.filter_length, 1.0)
 
 
-def _least(profile: Profile, largest: float) -> tuple[float, float]:
+def _best(profile: Profile, largest: float) -> tuple[float, float]:
     """The compliance [m/N] up to the ``largest`` with the least sum of squares, and its standard error."""
     from scipy.optimize import minimize_scalar
 
