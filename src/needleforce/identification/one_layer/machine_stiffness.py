@@ -83,10 +83,13 @@ def machine_stiffness_of(singles: Sequence[SegmentedRecording]) -> Estimate | No
 
 def behind(single: SegmentedRecording, stiffness: Estimate) -> SegmentedRecording:
     """A recording segmented at the tip behind a machine, with its readings at the ends of the interval of the
-    ``stiffness``."""
+    ``stiffness``. One that it cannot be of stays as it is."""
     recording, events = single.recording, single.events
     ends = {"stiffer machine": stiffness.high, "softer machine": stiffness.low}
-    others = {cause: at_tip(recording, end, events) for cause, end in ends.items()}
+    try:
+        others = {cause: at_tip(recording, end, events) for cause, end in ends.items()}
+    except InputError:
+        return single
     return replace(segmented(at_tip(recording, stiffness.value, events)), readings=others)
 
 
