@@ -128,6 +128,21 @@ def test_slow_noise_finds_a_misfit_below_the_noise_of_a_sample():
         assert slow_noise(np.random.default_rng(seed).standard_normal(3000) + wave, line, 1.0) > 3.0
 
 
+@pytest.mark.parametrize("play", [0.05e-3, 0.3e-3])
+def test_a_mount_that_rattles_is_named_and_in_the_intervals(play, seeds):
+    for seed in seeds:
+        still = cycle(seed)
+        first = int(np.argmax(np.diff(still.depth) < 0.0))
+        turned = np.minimum(still.depth + play, still.depth.max())  # the tip follows when the play is used up
+        force = np.where(
+            np.arange(len(still)) > first, np.interp(-turned, -still.depth[first:], still.force[first:]), still.force
+        )
+        fit = nf.identify(nf.Recording(time=still.time, depth=still.depth, force=force))
+        for name, value in (("friction_per_length", FRICTION), ("cutting_force", CUTTING), ("contact_depth", CONTACT)):
+            assert fit.parameters[name].low <= value <= fit.parameters[name].high
+        assert any("play of the mount" in note for note in fit.recordings[0].notes)
+
+
 # --- repeats: what they share does not average out -------------------------------------------------------------------
 
 FOUND = {  # an error that repeats share, by the names of what it changes and their true values
