@@ -174,22 +174,30 @@ def _pause(time: np.ndarray, depth: np.ndarray, first: int, last: int, stop: int
     return f"The depth stands for {duration} at {where} during the insertion: a pause, or a motor that stalls."
 
 
-def _clipped(depth: np.ndarray, force: np.ndarray, quantum: float, noise: float) -> str:
-    """A note on a force that stays at exactly its largest value although the travel would have raised it further: by
-    more than its noise, and by two steps, as rounding hides one before and one after."""
+def saturated(depth: np.ndarray, force: np.ndarray, quantum: float, noise: float) -> tuple[int, int] | None:
+    """The first and the number of samples of a force that stays at exactly its largest value although the travel would
+    have raised it further: by more than its noise, and by two steps, as rounding hides one before and one after."""
     top = float(force.max())
     edges = np.flatnonzero(np.diff(np.concatenate(([False], force == top, [False])).astype(int)))
     lengths = edges[1::2] - edges[::2]
     first, count = int(edges[2 * int(np.argmax(lengths))]), int(lengths.max())
     begin = max(first - count, 0)
     if min(count, first - begin) < MIN_CLIPPED or not max(quantum, noise) > 0.0:
-        return ""
+        return None
     risen = top - float(force[begin : begin + max((first - begin) // 4, 1)].mean())
     before, meanwhile = float(depth[first] - depth[begin]), float(depth[first : first + count].max() - depth[first])
     expected = risen * min(meanwhile / before, 1.0) if before > 0.0 else risen
     if expected < max(2.0 * quantum, CLIPPED_STEPS * max(quantum, noise) / (first - begin) ** 0.5):
+        return None
+    return first, count
+
+
+def _clipped(depth: np.ndarray, force: np.ndarray, quantum: float, noise: float) -> str:
+    found = saturated(depth, force, quantum, noise)
+    if found is None:
         return ""
-    return f"The force stands at exactly its maximum of {top:.4g} N for {count} samples: the sensor may be saturated."
+    stands = f"The force stands at exactly its maximum of {force.max():.4g} N for {found[1]} samples"
+    return f"{stands}: the sensor may be saturated."
 
 
 def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> str:
