@@ -25,6 +25,7 @@ UNITS = OF_LAWS | {
     "cutting_force": "N",
     "rupture_onset": "m",
     "rupture_exponent": "1",
+    "machine_stiffness": "N/m",
     # several layers
     "top": "m",
     "contact_stiffness": "N/m",
