@@ -31,6 +31,10 @@ LAYERS_HELP = (
     "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well. Of "
     "gradual_layers; default: one for each puncture."
 )
+MACHINE_HELP = (
+    "Stiffness [N/mm] of sensor, holder and drive in series with the needle: the depth is then that of the tip. "
+    "Default: none, unless the recordings show one."
+)
 
 
 class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
@@ -42,6 +46,7 @@ class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None
+    machine_stiffness_N_mm: Annotated[float | None, typer.Option("--machine-stiffness-N-mm", help=MACHINE_HELP)] = None
     reading: ReadOptions
     motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = []
     bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None
@@ -76,7 +81,9 @@ def run(
     seconds = read_all(given.second_pass, given.reading, given.motion[len(files) :])
     _print_assumptions(done + seconds)
     bench = {"bending": given.bending, "tension": given.tension}
-    fit = _identified(done, seconds, model=given.model, layers=given.layers, needle=body, **bench, progress=progress)
+    machine = None if given.machine_stiffness_N_mm is None else 1e3 * given.machine_stiffness_N_mm
+    chosen = {"model": given.model, "layers": given.layers, "machine_stiffness": machine}
+    fit = _identified(done, seconds, **chosen, needle=body, **bench, progress=progress)
     _write(fit, given)
     _show(fit, quiet=given.json == "-")
     if fit.model is None:

@@ -52,6 +52,8 @@ MODEL_ERRORS = {
     "slower misfit": "slow misfit below the puncture",
     "insertion": "strokes that disagree",
     "withdrawal": "strokes that disagree",
+    "stiffer machine": "the machine stiffness",
+    "softer machine": "the machine stiffness",
 }
 NO_CAUSE = "steps of depth, force or time"
 WHITE = "white"

@@ -58,6 +58,7 @@ from .one_layer.contact_laws import over_laws
 from .one_layer.cycle_values import estimates_of
 from .one_layer.fit_recording import fitted, limited
 from .one_layer.loading_curves import FITS
+from .one_layer.machine_stiffness import at_tip, behind, machine_stiffness_of, with_machine
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .result import Fit
@@ -94,6 +95,7 @@ def identify(
     tension: str | Path | None = None,
     layers: int | None = None,
     tissue_stiffness: Sequence[tuple[float, float] | None] | None = None,
+    machine_stiffness: float | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Identify one condition from one recording or from several repeats of it, without starting values.
@@ -128,6 +130,9 @@ def identify(
         What is known beforehand of the stiffness of dragged tissue in each layer, from the surface down: its value
         [N/m] and its relative error, the standard deviation of its logarithm; None for a layer of which nothing is
         known. Needs a layered model and ``layers``.
+    machine_stiffness : float, optional
+        Stiffness [N/m] of what is between the recorded depth and the needle: sensor, holder and drive in series. The
+        depth is then that of the tip. Default: none, unless the recordings show one; then it is a parameter.
     progress : callable, optional
         ``progress(iterable, text)`` wraps the work over recordings.
 
@@ -140,13 +145,16 @@ def identify(
     ------
     InputError
         For an unknown model, no recording, a file given twice, second passes that do not pair with the recordings, a
-        bending test without a needle, or stiffnesses that are not those of the layers.
+        bending test without a needle, stiffnesses that are not those of the layers, or a machine stiffness that leaves
+        no travel to the tissue.
 
     Notes
     -----
     One-layer fits, two-pass subtraction and bench tests follow the paper, secs. 2.2 and 2.3.
     """
     recordings, seconds = paired(recordings, second_pass)
+    if machine_stiffness is not None:
+        recordings, seconds = _at_tip(recordings, machine_stiffness), _at_tip(seconds, machine_stiffness)
     needle = None if needle is None else needle_of(needle)
     known = (*MODELS, *BENT, *GRADUAL, *LAYERED, GRADUAL_LAYERS)
     model = None if model is None else model_name(model, known)
@@ -159,7 +167,8 @@ def identify(
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
     if model in (*LAYERED, GRADUAL_LAYERS):
         given = FitInputs(needle, None, bench, _known(tissue_stiffness, layers))
-        return _layered(recordings, seconds, model, given, layers=layers, progress=progress)
+        fit = _layered(recordings, seconds, model, given, layers=layers, progress=progress)
+        return with_machine(fit, machine_stiffness)
     if tissue_stiffness is not None:
         step = "Give model='layered' and layers, or leave it out."
         raise InputError("tissue_stiffness", "given", f"the model {model or 'paper'} has no layers", next_step=step)
@@ -170,6 +179,10 @@ def identify(
     saturation = needle_saturation(needle)
     watched = progress(recordings, "identifying") if progress else recordings
     singles = [fitted(segmented(each), laws, saturation) for each in watched]
+    machine = machine_stiffness_of(singles) if machine_stiffness is None else machine_stiffness
+    if isinstance(machine, Estimate):
+        singles = [fitted(behind(each, machine), laws, saturation) for each in singles]
+        seconds = _at_tip(seconds, machine.value)
     preferred = laws
     if model is None:
         singles, laws = _further_laws(singles, laws, saturation)
@@ -179,8 +192,13 @@ def identify(
         singles = [over_laws(each, law) for each in singles]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
     if model is not None or seconds or layers is not None or not singles:
-        return fit
-    return _with_layers(fit, law, singles, FitInputs(needle, None, bench), progress)
+        return with_machine(fit, machine)
+    return with_machine(_with_layers(fit, law, singles, FitInputs(needle, None, bench), progress), machine)
+
+
+def _at_tip(recordings: list, stiffness: float) -> list:
+    """The recordings, None for a missing one, with the depth of the tip."""
+    return [None if each is None else at_tip(each, stiffness) for each in recordings]
 
 
 def _further_laws(

@@ -25,6 +25,7 @@ UNITS = OF_LAWS | {
     "cutting_force": "N",
     "rupture_onset": "m",
     "rupture_exponent": "1",
+    "machine_stiffness": "N/m",
     # several layers
     "top": "m",
     "contact_stiffness": "N/m",
@@ -43,6 +44,9 @@ UNITS = OF_LAWS | {
     # an indentation curve
     "baseline": "N",
     "baseline_slope": "N/m",
+    "hardness": "Pa",
+    "unloading_stiffness": "N/m",
+    "residual_depth": "m",
 }
 
 
