@@ -124,3 +124,57 @@ PENETRATION = {
     "film after free travel": Situation(0.9, 6e-3, lambda z: sawtooth(np.maximum(z - 2e-3, 0.0), 0.9, 1e-3)),
     "zero is off": Situation(0.9, 6e-3, lambda z: sawtooth(np.maximum(z - 2e-3, 0.0), 0.9, 1e-3), zero=0.4),
 }
+
+
+@dataclass(frozen=True)
+class Indentation:
+    """A cone of 70.3 degrees half angle in a material with the reduced ``modulus`` and ``hardness`` [Pa], to ``depth``
+    [m]: a plastic loading F ~ h^2, a hold in which a ``relaxed`` share of the force is lost, and an unloading with the
+    ``exponent`` to ``rest`` of the largest force."""
+
+    modulus: float
+    hardness: float
+    depth: float = 200e-9
+    exponent: float = 1.5
+    noise: float = 2e-3
+    readings: int = 300
+    rest: float = 0.0
+    relaxed: float = 0.0
+
+    def curve(self, seed: int) -> tuple[np.ndarray, np.ndarray, int]:
+        """Depths and forces (n,), and the first sample of the unloading.
+
+        The largest force follows from H = F/A with A = 24.5 h_c^2, h_c = h - 0.75 F/S, S = 2 E_r sqrt(A/pi).
+        """
+        # of h_c: F/S = H A/(2 E_r sqrt(A/pi)) is proportional to h_c
+        lost = 0.75 * self.hardness * np.sqrt(24.5 * np.pi) / (2.0 * self.modulus)
+        area = 24.5 * (self.depth / (1.0 + lost)) ** 2
+        largest, stiffness = self.hardness * area, 2.0 * self.modulus * np.sqrt(area / np.pi)
+        loading = np.linspace(0.0, self.depth, self.readings)
+        elastic = self.exponent * largest / stiffness  # the depth that goes back
+        left = np.linspace(1.0, self.rest ** (1.0 / self.exponent), self.readings)
+        held = np.full(50 if self.relaxed else 0, self.depth)
+        ends = 1.0 + self.relaxed * np.exp(-np.arange(len(held)) / 10.0)
+        depth = np.concatenate((loading, held, self.depth - elastic * (1.0 - left)))
+        first = 1.0 + self.relaxed
+        force = largest * np.concatenate((first * (loading / self.depth) ** 2, ends, left**self.exponent))
+        white = np.random.default_rng(seed).standard_normal(len(depth))
+        return depth, force + self.noise * largest * white, len(loading) + len(held)
+
+
+GPA = 1e9
+# indentation: nearly plastic to nearly elastic
+INDENTATION = {
+    "steel": Indentation(231 * GPA, 3 * GPA),
+    "gold": Indentation(95 * GPA, 1 * GPA),
+    "silica": Indentation(74 * GPA, 9 * GPA),
+    "polymer": Indentation(4 * GPA, 0.2 * GPA, depth=2e-6),
+    "little plastic": Indentation(10 * GPA, 2 * GPA),
+    "deep": Indentation(231 * GPA, 3 * GPA, depth=5e-6),
+    "quiet": Indentation(231 * GPA, 3 * GPA, noise=1e-4),
+    "noisy": Indentation(231 * GPA, 3 * GPA, noise=1e-2),
+    "few readings": Indentation(74 * GPA, 9 * GPA, readings=60),
+    "unloaded to a tenth": Indentation(95 * GPA, 1 * GPA, rest=0.1),
+    "relaxes in a hold": Indentation(95 * GPA, 1 * GPA, relaxed=0.1),
+    "straight unloading": Indentation(95 * GPA, 1 * GPA, exponent=1.3),
+}

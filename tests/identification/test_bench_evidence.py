@@ -3,14 +3,17 @@
 says that it does not know. benchmarks/bench_tests.py has the same with more seeds."""
 
 import json
+import math
 
 import numpy as np
 import pytest
-from bench_situations import BENDING, BENT, PENETRATION, SPAN, TENSION
+from bench_situations import BENDING, BENT, INDENTATION, PENETRATION, SPAN, TENSION
 from typer.testing import CliRunner
 
+import needleforce as nf
 from needleforce.bench_tests import StressCurve, fit_stress, penetration_test, three_point_modulus
 from needleforce.cli import app
+from needleforce.identification import fit_indentation, fit_unloading
 from needleforce.identification.statistics.curve_noise import curve_noise
 from needleforce.identification.statistics.evidence import departure, residual_departure, start_slope
 
@@ -176,3 +179,84 @@ def test_the_public_curve_that_begins_in_contact(recordings):
     assert found["entry_force"]["value"] == pytest.approx(0.559, abs=0.002)
     assert found["max_force"]["low"] <= 2.167 <= found["max_force"]["high"]
     assert "contact at 0.000 mm" in run("inspect", file).stdout
+
+
+# --- indentation ---
+
+BERKOVICH = nf.tips.Cone(math.atan(math.sqrt(24.5 / math.pi)))  # the cone whose area at a height h is 24.5 h^2
+
+
+@pytest.mark.parametrize("name", INDENTATION)
+def test_modulus_and_hardness_of_a_plastic_indentation(name, many):
+    case, count, inside = INDENTATION[name], many(10, 200), 0
+    for seed in range(count):
+        depth, force, unloading = case.curve(seed)
+        found = fit_unloading(depth[unloading:], force[unloading:], BERKOVICH)
+        modulus, hardness = found.parameters["reduced_modulus"], found.parameters["hardness"]
+        inside += modulus.low <= case.modulus <= modulus.high
+        assert hardness.value == pytest.approx(case.hardness, rel=0.02)
+    assert inside >= 0.9 * count - 1
+
+
+@pytest.mark.parametrize(
+    "tip, exponent, force",
+    [
+        (nf.tips.Cone(math.radians(70)), 2.0, lambda h: 2 / math.pi * math.tan(math.radians(70)) * h**2),
+        (nf.tips.Paraboloid(1e-3), 1.5, lambda h: 4 / 3 * math.sqrt(1e-3) * h**1.5),
+        (nf.tips.Flat(1e-3), 1.0, lambda h: 2e-3 * h),
+    ],
+    ids=["cone", "paraboloid", "flat"],
+)
+def test_an_elastic_unloading_gives_the_modulus_of_the_closed_form(tip, exponent, force):
+    depth = np.linspace(1e-4, 0.0, 400)
+    found = fit_unloading(depth, 2e4 * force(depth), tip, poisson_ratio=0.5)
+    assert found.parameters["reduced_modulus"].value == pytest.approx(2e4, rel=1e-4)
+    assert found.parameters["young_modulus"].value == pytest.approx(1.5e4, rel=1e-4)
+    assert found.exponent == pytest.approx(exponent, abs=1e-3) and abs(found.residual_share) < 1e-3
+    berkovich = fit_unloading(depth, 2e4 * force(depth), tip, shape_factor=1.034)
+    assert berkovich.parameters["reduced_modulus"].value == pytest.approx(2e4 / 1.034, rel=1e-4)
+
+
+def test_the_constants_of_oliver_and_pharr():
+    # 1992: epsilon is 0.72 for a cone, 0.75 for a paraboloid, 1 for a flat end; the Berkovich area is 24.5 h_c^2
+    from needleforce.identification.indentation_unloading import _epsilon, contact_radius
+
+    assert [_epsilon(m) for m in (2.0, 1.5, 1.0)] == pytest.approx([0.72, 0.75, 1.0], abs=0.008)
+    assert math.pi * contact_radius(nf.tips.Cone(math.radians(70.3)), 1e-6) ** 2 == pytest.approx(24.5e-12, rel=1e-3)
+    assert contact_radius(nf.tips.Sphere(1e-3), 1e-4) ** 2 == pytest.approx(2 * 1e-3 * 1e-4 - 1e-8, rel=1e-9)
+
+
+@pytest.mark.parametrize("depth, match", [(np.linspace(1e-4, 9.9e-5, 200), "complete"), (np.ones(3), "complete")])
+def test_an_unloading_that_is_too_short_is_refused(depth, match):
+    with pytest.raises(nf.InputError, match=match):
+        fit_unloading(depth, 1e3 * depth, nf.tips.Flat(1e-3))
+
+
+def test_the_public_plastic_indentation(recordings):
+    file = recordings / "public-cases" / "10-plastic-indentation" / "steel.csv"
+    options = ("--tip", "cone", "--half-angle-deg", "70.3", "--poisson-ratio", "0.3", "--contact-depth-um", "0")
+    done = run("indentation", file, *options, "--json", "-")
+    assert done.exit_code == 0 and "does not go back" in done.stderr
+    (tip,) = json.loads(done.stdout)["tips"]
+    loading = {each["name"]: each for each in tip["parameters"]}
+    unloading = {each["name"]: each for each in tip["unloading"]["parameters"]}
+    assert not loading["reduced_modulus"]["identifiable"]
+    assert unloading["young_modulus"]["low"] <= 210e9 <= unloading["young_modulus"]["high"]
+    assert unloading["hardness"]["value"] == pytest.approx(3e9, rel=0.005)
+    assert unloading["residual_depth"]["value"] == pytest.approx(184e-9, abs=1e-9)
+    assert "unloading" in run("indentation", file, *options).stdout
+
+
+def test_an_elastic_indentation_that_goes_back_has_no_such_note(tmp_path):
+    depth = np.r_[np.linspace(-5e-4, 1e-3, 300), np.linspace(1e-3, -5e-4, 300)]
+    force = 2e4 * 4 / 3 * math.sqrt(1e-3) * np.maximum(depth, 0.0) ** 1.5
+    force += 1e-4 * force.max() * np.random.default_rng(4).standard_normal(600)
+    rows = np.column_stack([np.arange(600) * 1e-2, 1e3 * depth, force])
+    np.savetxt(tmp_path / "e.csv", rows, delimiter=",", header="time_s,depth_mm,force_N", comments="")
+    done = run("indentation", tmp_path / "e.csv", "--tip", "paraboloid", "--radius-um", "1000", "--json", "-")
+    assert done.exit_code == 0 and "go back" not in done.stderr
+    (tip,) = json.loads(done.stdout)["tips"]
+    assert tip["parameters"][0]["identifiable"]
+    value = {each["name"]: each["value"] for each in tip["unloading"]["parameters"]}["reduced_modulus"]
+    assert value == pytest.approx(2e4, rel=0.01)
+    assert fit_indentation(depth[:300], force[:300], nf.tips.Paraboloid(1e-3)).reduced_modulus.identifiable

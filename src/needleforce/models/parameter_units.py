@@ -44,6 +44,9 @@ UNITS = OF_LAWS | {
     # an indentation curve
     "baseline": "N",
     "baseline_slope": "N/m",
+    "hardness": "Pa",
+    "unloading_stiffness": "N/m",
+    "residual_depth": "m",
 }
 
 

@@ -187,24 +187,16 @@ def _before_rectifying(table: Table, columns: Mapping[str, Column]) -> dict[str,
         if quantity not in _SIGNED or column.reason == "given":
             continue
         free = [k for k in range(len(table.headers)) if k not in used and stated_unit(table, k) == column.unit]
-        values = _readable(table, column.index) if free else None
-        if values is None or not len(values) or values.min() < 0.0 or not np.ptp(values) > 0.0:
+        values = np.nan_to_num(table.readable(column.index)) if free else np.empty(0)
+        if not len(values) or values.min() < 0.0 or not np.ptp(values) > 0.0:
             continue
         for index in free[:_MAX_LISTED]:
-            other = _readable(table, index)
-            if other is not None and len(other) == len(values) and _SIGNED[quantity](values, other):
+            other = np.nan_to_num(table.readable(index))
+            if len(other) == len(values) and _SIGNED[quantity](values, other):
                 reason = f"whose {'absolute value' if quantity == 'force' else 'part above zero'} is {column.header!r}"
                 found[quantity] = Column(quantity, table.headers[index], index, column.unit, reason)
                 break
     return found
-
-
-def _readable(table: Table, index: int) -> np.ndarray | None:
-    """A column of numbers, without those missing; None for one of text."""
-    try:
-        return np.nan_to_num(table.numbers(index))
-    except InputError:
-        return None
 
 
 def _is_absolute(values: np.ndarray, signed: np.ndarray) -> bool:

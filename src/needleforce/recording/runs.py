@@ -116,11 +116,9 @@ def _ends_a_segment(values: np.ndarray, row: int) -> bool:
 
 
 def values_of(table: Table, column: Column | None) -> np.ndarray:
-    """The column of each row in the file's unit; empty without one."""
-    try:
-        return np.empty(0) if column is None else table.numbers(column.index)
-    except InputError:  # reported when the part is read
-        return np.empty(0)
+    """The column of each row in the file's unit; empty without one, or if it holds text: that is an error when the part
+    is read."""
+    return np.empty(0) if column is None else table.readable(column.index)
 
 
 def increases(time: np.ndarray) -> bool:
@@ -266,11 +264,7 @@ def _label_values(table: Table, index: int, fill: bool = False) -> np.ndarray | 
 
     With ``fill`` a row without a label has that of the row above, as in merged cells.
     """
-    if index not in table.text_columns:
-        try:
-            values = table.numbers(index)
-        except InputError:
-            return _texts(table, index, fill)
+    if index not in table.text_columns and len(values := table.readable(index)):
         return _whole(_filled(values, ~np.isnan(values)) if fill else values)
     return _texts(table, index, fill)
 
@@ -297,11 +291,7 @@ def _filled(values: np.ndarray, present: np.ndarray) -> np.ndarray:
 def _order_of(table: Table, quantities: Mapping[str, Column]) -> tuple[np.ndarray, bool]:
     """The time of each row, or without one the depth, and whether it is the time; empty without either."""
     column = quantities.get("time") or quantities.get("depth")
-    timed = "time" in quantities
-    try:
-        return (np.empty(0) if column is None else table.numbers(column.index)), timed
-    except InputError:
-        return np.empty(0), timed
+    return values_of(table, column), "time" in quantities
 
 
 def _starts_again(order: np.ndarray, values: np.ndarray, timed: bool) -> bool:
