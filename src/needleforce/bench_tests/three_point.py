@@ -23,6 +23,7 @@ MIN_SEARCHED = 2 * MIN_PART_READINGS  # readings; of fewer all are used
 BROKEN = 0.5  # of the largest elastic force: less after it is a break
 PASSES = 4  # of the search: the slack bends the scale on which a large deflection is straight
 PIECES = 4  # of a part that no line describes, whose slopes are the interval
+SETTLED = 1e-5  # of the range of the deflection: a smaller change of the slack ends the search
 MAX_SHARE = 0.5  # of the span: the end of the closed form
 
 
@@ -104,8 +105,10 @@ def _elastic_part(x: np.ndarray, y: np.ndarray) -> tuple[StraightPart, float]:
         if not slope > 0.0:
             step = "Check the signs of the columns, or reverse one with --unit deflection=-mm."
             raise InputError("force", "not growing with the deflection", next_step=step)
-        slack -= float(offset / slope)
-        scale = _straightened(x - slack)
+        change, scale = float(offset / slope), _straightened(x - slack + offset / slope)
+        slack -= change
+        if 0.0 < abs(change) < SETTLED * float(np.ptp(x)):
+            break
     return part, slack
 
 
