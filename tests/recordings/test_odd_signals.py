@@ -30,7 +30,7 @@ from needleforce.campaign import campaign
 START = np.datetime64("2024-03-01T10:00:00.000000")
 
 
-def tdms(path, force, motion, groups=("Rig", "Rig"), more=()):
+def tdms(path, force, motion, groups=("Rig", "Rig"), more=(), name="Position"):
     """Channels with (start [s], offset [s], step [s], values, unit); the start may be None."""
 
     def channel(group, name, start, offset, step, values, unit):
@@ -39,7 +39,7 @@ def tdms(path, force, motion, groups=("Rig", "Rig"), more=()):
             facts["wf_start_time"] = START + np.timedelta64(round(1e6 * start), "us")
         return ChannelObject(group, name, values, facts)
 
-    channels = [channel(groups[0], "Fz", *force), channel(groups[1], "Position", *motion)]
+    channels = [channel(groups[0], "Fz", *force), channel(groups[1], name, *motion)]
     with TdmsWriter(path) as writer:
         writer.write_segment(channels + [channel(groups[0], *each) for each in more])
     return path
@@ -78,6 +78,29 @@ def test_channels_without_a_start_or_within_a_step_are_joined_row_by_row(tmp_pat
     """As those of a multiplexer."""
     path = tdms(tmp_path / "run.tdms", (start, 0.0, 0.01, FORCE, "N"), (start and 0.4, 0.0, 0.01, DEPTH, "mm"))
     check(nf.read(path, baseline=False))
+
+
+@pytest.mark.parametrize(
+    "name, unit, factor, more",
+    [
+        ("LVDT", "um", 1e3, ()),
+        ("Position (mm)", "", 1.0, ()),
+        ("Position", "mm", 1.0, (("Tz", 0.4, 0.0, 0.01, 0.0 * TIME, "Nmm"),)),
+        ("Position", "mm", 1.0, (("Position target", 0.2, 0.0, 0.01, DEPTH, "mm"),)),
+    ],
+)
+def test_the_channel_of_the_motion_is_found(tmp_path, name, unit, factor, more):
+    force, motion = (0.4, 0.0, 0.01, force_of(0.4 + TIME), "N"), (0.0, 0.0, 0.01, factor * DEPTH, unit)
+    run = nf.read(tdms(tmp_path / "run.tdms", force, motion, more=more, name=name), baseline=False)
+    assert len(run) == 760
+    assert 1e3 * run.depth == pytest.approx(depth_of(0.4 + TIME[:760]), abs=0.05)
+    assert run.force == pytest.approx(force_of(0.4 + TIME[:760]), abs=0.02)
+
+
+def test_waveforms_of_two_days_are_not_joined(tmp_path):
+    path = tdms(tmp_path / "run.tdms", (86400.0, 0.0, 0.01, FORCE, "N"), (0.0, 0.0, 0.01, DEPTH, "mm"))
+    with pytest.raises(nf.InputError, match="begins 86400 s later"):
+        nf.read(path)
 
 
 def test_public_case_01(recordings):
