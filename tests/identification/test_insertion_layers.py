@@ -131,6 +131,14 @@ def test_repeats_are_pooled_and_replayed_at_their_punctures(tmp_path):
     assert json.loads(fit.to_json())["parameters"]
 
 
+def test_a_repeat_that_is_cut_off_is_named():
+    whole = [walls(seed) for seed in range(3)]
+    cut = nf.Recording(time=whole[1].time, depth=whole[1].depth, force=np.minimum(whole[1].force, 1.3))
+    fit = nf.identify([whole[0], cut, whole[2]])
+    assert any("is cut off at 1.3 N" in each and "too low" in each for each in fit.warnings)
+    assert not any("cut off" in each for each in nf.identify(whole[::2]).warnings)
+
+
 def test_bad_input_is_said():
     close = walls(0, tops=(2e-3, 2.3e-3), indentations=(0.25e-3, 0.4e-3), widths=(0.02e-3,) * 2, rate=25, speed=2e-3)
     fit = nf.identify(close, model="gradual_layers", layers=2)

@@ -52,7 +52,7 @@ def test_a_whole_file_that_runs_back_is_turned(tmp_path, columns):
     check(nf.read(written(tmp_path, columns + "\n" + rows(ROWS[::-1])), baseline=False))
 
 
-@pytest.mark.parametrize("rest", [25, 40, 49])
+@pytest.mark.parametrize("rest", [5, 12, 25, 40, 49])
 def test_a_first_phase_at_rest_is_no_recording(tmp_path, rest):
     """Each phase has a clock of its own, from zero."""
     table = ROWS.copy()

@@ -19,6 +19,7 @@ from .table import Table
 _BLOCK = 1 << 20  # samples whose steps are looked at together
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
 _JUMP = 3.0  # times the next step: the depth jumps between two segments
+_MIN_REST = 3  # rows of the first run, which may be a short rest
 _MAX_RUNS = 10_000
 _SAME_FORCE = 0.1  # of the range of the force: largest change between two phases
 _PHASE_SHARE = 0.2  # how much nearer a phase begins to the end of the last one than to its beginning
@@ -171,7 +172,10 @@ def _starts(time: np.ndarray) -> list[int]:
     falls = np.flatnonzero(np.diff(time[present]) < 0.0) + 1
     near = time[present[0]] + _NEAR_START * np.ptp(time[present])
     lengths = np.diff(np.concatenate([[0], falls, [len(present)]]))
-    if not 0 < len(falls) <= _MAX_RUNS or lengths.min() < _MIN_RUN or (time[present[falls]] > near).any():
+    if not 0 < len(falls) <= _MAX_RUNS or lengths[1:].min() < _MIN_RUN or (time[present[falls]] > near).any():
+        return [0]
+    far = near - time[present[falls[0]]] > 2.0 * _NEAR_START * np.ptp(time[present])
+    if lengths[0] < _MIN_RUN and (lengths[0] < _MIN_REST or far):  # the clock starts again after a short rest
         return [0]
     if (time[present[falls + 1]] >= time[present[falls - 1]]).any():  # one wrong time, after which the clock continues
         return [0]

@@ -19,6 +19,7 @@ REST_SHARE = 1e-3  # of the depth's range: a block with less travel is at rest
 MIN_STOP_S = 0.2  # [s] a shorter stop is part of the motion
 NOTED_SIGMA = 10.0  # [sd of the noise] change of the force at rest, or of its zero, that is noted,
 NOTED_SHARE = 0.1  # if it is at least this share of the largest force
+SATURATED = "the sensor may be saturated."
 MIN_CLIPPED = 5  # samples at exactly the largest force
 CLIPPED_STEPS = 8.0  # quanta or standard errors that the force rose over as many samples before
 SAME_DEPTH_SHARE = 0.05  # of the depth's range, from the start of the insertion
@@ -197,7 +198,7 @@ def _clipped(depth: np.ndarray, force: np.ndarray, quantum: float, noise: float)
     if found is None:
         return ""
     stands = f"The force stands at exactly its maximum of {force.max():.4g} N for {found[1]} samples"
-    return f"{stands}: the sensor may be saturated."
+    return f"{stands}: {SATURATED}"
 
 
 def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> str:

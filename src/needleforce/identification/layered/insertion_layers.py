@@ -11,6 +11,7 @@ from ...models.parameter_units import unit_of
 from ..diagnostics import (
     NO_MODEL,
     FitInputs,
+    is_saturated,
     misfit_warning,
     pooled_quality,
     quality,
@@ -119,7 +120,9 @@ def _recording(single: SegmentedRecording, found: InsertionFit | InputError, giv
 
 
 def _missed(found: InsertionFit, predicted: np.ndarray, single: SegmentedRecording) -> list[str]:
-    """A sentence for each layer whose peak the model misses by more than 5 % and the noise."""
+    """A sentence for each layer whose peak the model misses by more than 5 % and the noise, if the sensor shows it."""
+    if is_saturated(single.events):
+        return []
     force, problem = single.recording.force, found.problem
     notes = []
     for part, peak in zip(problem.parts, problem.peaks):
