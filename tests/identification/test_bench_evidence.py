@@ -2,13 +2,18 @@
 """Bench tests whose material or machine does not do what the model assumes: the truth is in the interval, or the result
 says that it does not know. benchmarks/bench_tests.py has the same with more seeds."""
 
+import json
+import math
+
 import numpy as np
 import pytest
-from bench_situations import TENSION
+from bench_situations import BENDING, BENT, INDENTATION, PENETRATION, SPAN, TENSION
 from typer.testing import CliRunner
 
-from needleforce.bench_tests import StressCurve, fit_stress
+import needleforce as nf
+from needleforce.bench_tests import StressCurve, fit_stress, penetration_test, three_point_modulus
 from needleforce.cli import app
+from needleforce.identification import fit_indentation, fit_unloading
 from needleforce.identification.statistics.curve_noise import curve_noise
 from needleforce.identification.statistics.evidence import departure, residual_departure, start_slope
 
@@ -90,3 +95,168 @@ def test_the_public_tension_whose_zero_swallowed_its_start(recordings):
     strain, force = np.loadtxt(file, delimiter=",", skiprows=1).T
     found = fit_stress(StressCurve(1.0 + strain / 20.0, force / 20e-6), fit_zero=True).young_modulus
     assert found.low <= 15.12e6 <= found.high and found.high < 1.2 * found.low  # README of the case
+
+
+# --- bending ---
+
+
+@pytest.mark.parametrize("name", BENDING)
+def test_the_stiffness_in_bending_is_that_of_the_elastic_part(name, many):
+    case, count, inside, closest = BENDING[name], many(4, 60), 0, []
+    for seed in range(count):
+        deflection, force = case.curve(seed)
+        found = three_point_modulus(force, deflection, SPAN)
+        inside += found.stiffness_low <= BENT <= found.stiffness_high
+        closest.append(abs(found.bending_stiffness / BENT - 1.0))
+    assert inside >= 0.9 * count - 1 and np.median(closest) < 0.02
+    assert any("elastic part" in note for note in found.notes) == (name not in ("line", "rounded force"))
+
+
+def test_a_rod_that_bends_throughout_has_the_slopes_of_its_parts_in_the_interval():
+    deflection = np.linspace(0.0, 1e-3, 400)  # a soft spring in series that stiffens: no part is straight
+    force = 5.0 * (deflection / 1e-3) ** 1.3 + 1e-4 * np.random.default_rng(2).standard_normal(400)
+    found = three_point_modulus(force, deflection, 0.4)
+    assert found.stiffness_high / found.stiffness_low > 1.02 and found.notes
+
+
+def test_the_public_bending_tests(recordings):
+    for folder, file, slack in (
+        ("04-bending-after-break", "broken.csv", 0.0),
+        ("04-bending-after-break", "toe_and_yield.csv", 0.3e-3),
+    ):
+        path = recordings / "public-cases" / folder / file
+        done = run("bending", path, "--span-mm", "80", "--json", "-")
+        assert done.exit_code == 0
+        found = json.loads(done.stdout)
+        (stiffness,) = found["parameters"]
+        assert stiffness["name"] == "bending_stiffness" and stiffness["low"] <= 0.08 <= stiffness["high"]
+        assert stiffness["high"] < 1.05 * stiffness["low"] and abs(found["slack_m"] - slack) < 0.02e-3
+        assert "elastic part" in done.stderr
+        shown = run("bending", path, "--span-mm", "80", "--needle", "paper")
+        assert "Young's modulus" in shown.stdout
+
+
+# --- penetration ---
+
+
+@pytest.mark.parametrize("name", PENETRATION)
+def test_the_entry_and_the_maximum_are_those_of_the_curve(name, many):
+    case, count, inside = PENETRATION[name], many(6, 100), []
+    maximum = float(case.response(np.linspace(0.0, case.end, 100_001)).max())
+    for seed in range(count):
+        test = penetration_test(*case.curve(seed))
+        entry, largest = test["entry_force"], test["max_force"]
+        inside.append((entry.low <= case.truth <= entry.high, largest.low <= maximum <= largest.high))
+        assert entry.value == pytest.approx(case.truth, rel=0.05)
+        assert largest.value == pytest.approx(maximum, rel=0.05)
+    assert np.mean(inside, axis=0).min() >= 0.85 - 0.7 / count
+
+
+def test_a_peak_of_a_saturated_sensor_is_a_lower_bound():
+    travel = np.linspace(0.0, 4e-3, 400)
+    force = np.where(travel < 1e-3, 0.0, np.where(travel < 2.5e-3, 1.2e3 * (travel - 1e-3), 0.4))
+    force = np.minimum(force + 2e-3 * np.random.default_rng(3).standard_normal(400), 1.5)  # the peak is 1.8 N
+    test = penetration_test(travel, force)
+    for name in ("entry_force", "max_force"):
+        assert test[name].low == pytest.approx(1.5, abs=2e-3) and test[name].high is None
+        assert str(test[name]).startswith("at least 1.")
+    assert any("saturated" in note for note in test.notes)
+
+
+def test_the_stroke_ends_at_the_last_rise_at_one_rounded_depth():
+    travel, force = np.linspace(0.0, 3e-3, 300), 2e3 * np.linspace(0.0, 3e-3, 300) ** 1.0
+    rounded = np.round(travel / 2e-4) * 2e-4  # twenty samples at each depth
+    assert penetration_test(rounded, force)["max_force"].value == pytest.approx(6.0, rel=0.015)  # first: 5.8
+    held = np.r_[travel, np.full(100, 3e-3)]
+    relaxed = np.r_[force, 6.0 * np.exp(-np.arange(100) / 50.0)]
+    assert penetration_test(held, relaxed)["max_force"].value == pytest.approx(6.0, rel=5e-3)
+
+
+def test_the_public_curve_that_begins_in_contact(recordings):
+    file = recordings / "public-cases" / "02-begins-in-contact" / "dome.csv"
+    (needle,) = json.loads(run("penetration", file, "--json", "-").stdout)["needles"]
+    found = {each["name"]: each for each in needle["figures"]}
+    assert found["entry_force"]["value"] == pytest.approx(0.559, abs=0.002)
+    assert found["max_force"]["low"] <= 2.167 <= found["max_force"]["high"]
+    assert "contact at 0.000 mm" in run("inspect", file).stdout
+
+
+# --- indentation ---
+
+BERKOVICH = nf.tips.Cone(math.atan(math.sqrt(24.5 / math.pi)))  # the cone whose area at a height h is 24.5 h^2
+
+
+@pytest.mark.parametrize("name", INDENTATION)
+def test_modulus_and_hardness_of_a_plastic_indentation(name, many):
+    case, count, inside = INDENTATION[name], many(10, 200), 0
+    for seed in range(count):
+        depth, force, unloading = case.curve(seed)
+        found = fit_unloading(depth[unloading:], force[unloading:], BERKOVICH)
+        modulus, hardness = found.parameters["reduced_modulus"], found.parameters["hardness"]
+        inside += modulus.low <= case.modulus <= modulus.high
+        assert hardness.value == pytest.approx(case.hardness, rel=0.02)
+    assert inside >= 0.9 * count - 1
+
+
+@pytest.mark.parametrize(
+    "tip, exponent, force",
+    [
+        (nf.tips.Cone(math.radians(70)), 2.0, lambda h: 2 / math.pi * math.tan(math.radians(70)) * h**2),
+        (nf.tips.Paraboloid(1e-3), 1.5, lambda h: 4 / 3 * math.sqrt(1e-3) * h**1.5),
+        (nf.tips.Flat(1e-3), 1.0, lambda h: 2e-3 * h),
+    ],
+    ids=["cone", "paraboloid", "flat"],
+)
+def test_an_elastic_unloading_gives_the_modulus_of_the_closed_form(tip, exponent, force):
+    depth = np.linspace(1e-4, 0.0, 400)
+    found = fit_unloading(depth, 2e4 * force(depth), tip, poisson_ratio=0.5)
+    assert found.parameters["reduced_modulus"].value == pytest.approx(2e4, rel=1e-4)
+    assert found.parameters["young_modulus"].value == pytest.approx(1.5e4, rel=1e-4)
+    assert found.exponent == pytest.approx(exponent, abs=1e-3) and abs(found.residual_share) < 1e-3
+    berkovich = fit_unloading(depth, 2e4 * force(depth), tip, shape_factor=1.034)
+    assert berkovich.parameters["reduced_modulus"].value == pytest.approx(2e4 / 1.034, rel=1e-4)
+
+
+def test_the_constants_of_oliver_and_pharr():
+    # 1992: epsilon is 0.72 for a cone, 0.75 for a paraboloid, 1 for a flat end; the Berkovich area is 24.5 h_c^2
+    from needleforce.identification.indentation_unloading import _epsilon, contact_radius
+
+    assert [_epsilon(m) for m in (2.0, 1.5, 1.0)] == pytest.approx([0.72, 0.75, 1.0], abs=0.008)
+    assert math.pi * contact_radius(nf.tips.Cone(math.radians(70.3)), 1e-6) ** 2 == pytest.approx(24.5e-12, rel=1e-3)
+    assert contact_radius(nf.tips.Sphere(1e-3), 1e-4) ** 2 == pytest.approx(2 * 1e-3 * 1e-4 - 1e-8, rel=1e-9)
+
+
+@pytest.mark.parametrize("depth, match", [(np.linspace(1e-4, 9.9e-5, 200), "complete"), (np.ones(3), "complete")])
+def test_an_unloading_that_is_too_short_is_refused(depth, match):
+    with pytest.raises(nf.InputError, match=match):
+        fit_unloading(depth, 1e3 * depth, nf.tips.Flat(1e-3))
+
+
+def test_the_public_plastic_indentation(recordings):
+    file = recordings / "public-cases" / "10-plastic-indentation" / "steel.csv"
+    options = ("--tip", "cone", "--half-angle-deg", "70.3", "--poisson-ratio", "0.3", "--contact-depth-um", "0")
+    done = run("indentation", file, *options, "--json", "-")
+    assert done.exit_code == 0 and "does not go back" in done.stderr
+    (tip,) = json.loads(done.stdout)["tips"]
+    loading = {each["name"]: each for each in tip["parameters"]}
+    unloading = {each["name"]: each for each in tip["unloading"]["parameters"]}
+    assert not loading["reduced_modulus"]["identifiable"]
+    assert unloading["young_modulus"]["low"] <= 210e9 <= unloading["young_modulus"]["high"]
+    assert unloading["hardness"]["value"] == pytest.approx(3e9, rel=0.005)
+    assert unloading["residual_depth"]["value"] == pytest.approx(184e-9, abs=1e-9)
+    assert "unloading" in run("indentation", file, *options).stdout
+
+
+def test_an_elastic_indentation_that_goes_back_has_no_such_note(tmp_path):
+    depth = np.r_[np.linspace(-5e-4, 1e-3, 300), np.linspace(1e-3, -5e-4, 300)]
+    force = 2e4 * 4 / 3 * math.sqrt(1e-3) * np.maximum(depth, 0.0) ** 1.5
+    force += 1e-4 * force.max() * np.random.default_rng(4).standard_normal(600)
+    rows = np.column_stack([np.arange(600) * 1e-2, 1e3 * depth, force])
+    np.savetxt(tmp_path / "e.csv", rows, delimiter=",", header="time_s,depth_mm,force_N", comments="")
+    done = run("indentation", tmp_path / "e.csv", "--tip", "paraboloid", "--radius-um", "1000", "--json", "-")
+    assert done.exit_code == 0 and "go back" not in done.stderr
+    (tip,) = json.loads(done.stdout)["tips"]
+    assert tip["parameters"][0]["identifiable"]
+    value = {each["name"]: each["value"] for each in tip["unloading"]["parameters"]}["reduced_modulus"]
+    assert value == pytest.approx(2e4, rel=0.01)
+    assert fit_indentation(depth[:300], force[:300], nf.tips.Paraboloid(1e-3)).reduced_modulus.identifiable

@@ -17,6 +17,10 @@ def cone(h):
     return 0.5 * (h / 4e-3) ** 2
 
 
+def steep(power, h):
+    return 0.5 * (h / 4e-3) ** power
+
+
 def cycle(seed, *, loading=cone, grip=0.0, noise=NOISE, lag=0.0, average=1, outwards=1.0):
     """Own one-layer cycle: loading up to the puncture, friction and cutting after it, 0.6 s of rest, withdrawal. The
     surface may hold the shaft with a constant force ``grip`` [N] whenever it slides out, and its friction may be
@@ -96,6 +100,13 @@ def test_the_contact_carries_the_choice_of_the_law(held, share, least):
     assert held("contact_depth", CONTACT, loading=polynomial, noise=15e-3) >= least
 
 
+@pytest.mark.parametrize("power", [2.5, 3.0])
+@pytest.mark.parametrize("noise", [NOISE, 15e-3])
+def test_the_contact_of_a_law_above_the_square_is_in_the_interval(held, power, noise):
+    """It begins far before the force leaves the noise."""
+    assert held("contact_depth", CONTACT, loading=functools.partial(steep, power), noise=noise) >= 0.8
+
+
 def test_a_law_given_by_name_is_not_a_choice():
     found = nf.identify(cycle(0), model="paper").parameters.contact_depth
     chosen = fitted(0).parameters.contact_depth
@@ -117,6 +128,21 @@ def test_slow_noise_finds_a_misfit_below_the_noise_of_a_sample():
         assert slow_noise(np.random.default_rng(seed).standard_normal(3000) + wave, line, 1.0) > 3.0
 
 
+@pytest.mark.parametrize("play", [0.05e-3, 0.3e-3])
+def test_a_mount_that_rattles_is_named_and_in_the_intervals(play, seeds):
+    for seed in seeds:
+        still = cycle(seed)
+        first = int(np.argmax(np.diff(still.depth) < 0.0))
+        turned = np.minimum(still.depth + play, still.depth.max())  # the tip follows when the play is used up
+        force = np.where(
+            np.arange(len(still)) > first, np.interp(-turned, -still.depth[first:], still.force[first:]), still.force
+        )
+        fit = nf.identify(nf.Recording(time=still.time, depth=still.depth, force=force))
+        for name, value in (("friction_per_length", FRICTION), ("cutting_force", CUTTING), ("contact_depth", CONTACT)):
+            assert fit.parameters[name].low <= value <= fit.parameters[name].high
+        assert any("play of the mount" in note for note in fit.recordings[0].notes)
+
+
 # --- repeats: what they share does not average out -------------------------------------------------------------------
 
 FOUND = {  # an error that repeats share, by the names of what it changes and their true values
@@ -124,7 +150,7 @@ FOUND = {  # an error that repeats share, by the names of what it changes and th
     "a surface that grips": ({"grip": 0.01}, {"friction_per_length": FRICTION, "cutting_force": CUTTING}),
     "a lag": ({"lag": 0.03}, {"contact_depth": CONTACT, "puncture_depth": PUNCTURE, "cutting_force": CUTTING}),
     "another law": (
-        {"loading": lambda h: 0.5 * (h / 4e-3) ** 2.3},
+        {"loading": functools.partial(steep, 2.3)},
         {"contact_depth": CONTACT, "cutting_force": CUTTING, "friction_per_length": FRICTION},
     ),
 }

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bench tests from files to values: tension and compression of tissue, bending of a needle, penetration of films."""
 
-from .bending import BendingFit, needle_modulus, three_point_modulus
+from .bending import BendingFit, needle_modulus
 from .elastica import (
     cantilever_deflection,
     cantilever_modulus,
@@ -16,6 +16,7 @@ from .penetration_statistics import PenetrationTests, penetration_tests
 from .reading import needle_estimate, read_bending, read_stress, tissue_estimate
 from .stress_fit import fit_stress
 from .stress_result import MAX_MISFIT, StressFit, modulus_by_mode
+from .three_point import three_point_modulus
 
 __all__ = [
     "LAWS",

@@ -14,8 +14,8 @@ from ..display.quantities import percent, plain, quantity
 from ..errors import InputError
 from ..identification.estimates import Estimate, EstimateResult
 from ..identification.statistics.noise import INTERVAL, student_quantile
-from .elastica import three_point_load, tip_compliance, tip_of_cantilever
-from .stress_fit import ROUNDING, inflation_of
+from .elastica import tip_compliance, tip_of_cantilever
+from .stress_fit import ROUNDING
 
 MIN_READINGS = 3
 MIN_SPARE_FOR_CLAMP = 2  # readings more than unknowns, to find a clamp compliance
@@ -32,8 +32,8 @@ class BendingFit(EstimateResult):
     ----------
     young_modulus, low, high : float
         E and its interval [Pa].
-    bending_stiffness : float
-        E I [N m^2].
+    bending_stiffness, stiffness_low, stiffness_high : float
+        E I and its interval [N m^2].
     slack : float
         Deflection without load [m]: play in the hub, or travel before contact.
     clamp_compliance, clamp_low, clamp_high : float
@@ -52,6 +52,8 @@ class BendingFit(EstimateResult):
     low: float
     high: float
     bending_stiffness: float
+    stiffness_low: float
+    stiffness_high: float
     slack: float
     clamp_compliance: float = 0.0
     clamp_low: float = 0.0
@@ -63,10 +65,16 @@ class BendingFit(EstimateResult):
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
-        """``needle_young_modulus`` [Pa] where the section is known, and ``clamp_compliance`` [rad/(N m)] if found."""
-        source = f"bending, large deflections, {len(self.used)} readings; misfit {percent(self.misfit)}"
+        """``needle_young_modulus`` [Pa] where the section is known, otherwise ``bending_stiffness`` [N m^2], and
+        ``clamp_compliance`` [rad/(N m)] if found."""
+        source = f"bending, large deflections, {int(self.used.sum())} readings; misfit {percent(self.misfit)}"
+        stiffness = (self.bending_stiffness, "N m^2", self.stiffness_low, self.stiffness_high)
+        modulus = (self.young_modulus, "Pa", self.low, self.high)
+        known = math.isfinite(self.young_modulus)
         found = [
-            Estimate("needle_young_modulus", self.young_modulus, "Pa", self.low, self.high, source=source),
+            Estimate("needle_young_modulus", *modulus, source=source, identifiable=self.low > 0.0)
+            if known
+            else Estimate("bending_stiffness", *stiffness, source=source, identifiable=self.stiffness_low > 0.0),
             Estimate(
                 "clamp_compliance", self.clamp_compliance, "rad/(N m)", self.clamp_low, self.clamp_high, source=source
             ),
@@ -77,7 +85,8 @@ class BendingFit(EstimateResult):
         return f"Bending of a needle, {int(self.used.sum())} readings"
 
     def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        rows = [("bending stiffness E I", f"{self.bending_stiffness:.4g} N m²"), ("slack", plain(self.slack, "m"))]
+        stiffness = quantity(self.bending_stiffness, self.stiffness_low, self.stiffness_high, "N m^2")
+        rows = [("bending stiffness E I", str(stiffness)), ("slack", plain(self.slack, "m"))]
         if self.young_modulus == self.young_modulus:
             rows.insert(0, ("Young's modulus", str(quantity(self.young_modulus, self.low, self.high, "Pa"))))
             rows.append(("by the formula for small deflections", plain(self.small_deflection_modulus, "Pa")))
@@ -90,6 +99,7 @@ class BendingFit(EstimateResult):
         """The numbers for JSON: ``parameters`` as of every other result, what else was found next to them."""
         return super().document() | {
             "bending_stiffness_Nm2": self.bending_stiffness,
+            "bending_stiffness_interval_Nm2": [self.stiffness_low, self.stiffness_high],
             "slack_m": self.slack,
             "small_deflection_modulus_Pa": self.small_deflection_modulus,
             "misfit": self.misfit,
@@ -143,7 +153,7 @@ def needle_modulus(
         fit = softer if softer is not None and softer.clamp_low > 0.0 else fit
     if fit is None:
         raise _no_stiffness()
-    notes = [*_clamp_note(fit, problem, clamp_compliance), *_small_deflection_note(fit)]
+    notes = [*_clamp_note(fit, problem, clamp_compliance), *small_deflection_note(fit)]
     return replace(fit, notes=tuple(notes))
 
 
@@ -208,6 +218,8 @@ class _Cantilever:
             low=modulus * math.exp(-half[0]),
             high=modulus * math.exp(half[0]),
             bending_stiffness=modulus * self.needle.second_moment,
+            stiffness_low=modulus * math.exp(-half[0]) * self.needle.second_moment,
+            stiffness_high=modulus * math.exp(half[0]) * self.needle.second_moment,
             slack=float(x[1]),
             clamp_compliance=float(compliance),
             clamp_low=float(compliance - spread),
@@ -241,7 +253,7 @@ def _clamp_note(fit: BendingFit, problem: _Cantilever, given: float | None) -> l
     return ["All forces act at one position: the readings do not show whether the clamp turns, which would lower E."]
 
 
-def _small_deflection_note(fit: BendingFit) -> list[str]:
+def small_deflection_note(fit: BendingFit) -> list[str]:
     """The warning that the formula for small deflections would be off by more than the interval."""
     other = fit.small_deflection_modulus
     if fit.low <= other <= fit.high:
@@ -272,73 +284,3 @@ def _refuse_impossible(force: np.ndarray, position: np.ndarray, deflection: np.n
             raise InputError("tip_deflection", f"{tip:g} m", limit, f"reading {row}", step)
     if not force @ deflection > 0.0:
         raise _no_stiffness()
-
-
-def three_point_modulus(
-    force: ArrayLike, deflection: ArrayLike, span: float, second_moment: float | None = None
-) -> BendingFit:
-    """Young modulus of a rod from three-point bending, large deflections included.
-
-    Parameters
-    ----------
-    force, deflection : array_like
-        Force (n,) [N] at the middle of the span, and deflection there (n,) [m], while the load grows.
-    span : float
-        Distance of the supports [m]; the rod slides on them without friction.
-    second_moment : float, optional
-        Second moment of area I [m^4], such as ``needle.second_moment``; without it only E I is found.
-
-    Returns
-    -------
-    BendingFit
-        Without ``second_moment`` the moduli are NaN.
-
-    Raises
-    ------
-    InputError
-        With fewer than three readings, or no force that grows with the deflection.
-
-    Notes
-    -----
-    Least squares of F = E I ``three_point_load``((deflection - slack)/span)/span^2 over E I and slack. Compliance of
-    machine and supports, friction on the supports and their radius are not part of it: subtract the first, and keep the
-    deflection below a tenth of the span for the others. Residuals that are correlated widen the interval as in
-    ``fit_stress``.
-    """
-    from scipy.optimize import least_squares
-
-    force, deflection = np.asarray(force, float), np.asarray(deflection, float)
-    if len(force) < MIN_READINGS:
-        raise InputError(
-            "number of bending readings", len(force), f"at least {MIN_READINGS} are needed", next_step="Give more."
-        )
-    order = np.argsort(deflection, kind="stable")
-    x, y = deflection[order] / span, force[order]
-    slope, offset = np.polyfit(x, y, 1)
-    if not slope > 0.0:
-        step = "Check the signs of the columns, or reverse one with --unit deflection=-mm."
-        raise InputError("force", "not growing with the deflection", next_step=step)
-    size = np.array([slope / 48.0, 1.0])
-
-    def residual(z: np.ndarray) -> np.ndarray:
-        share = x - z[1]
-        return z[0] * size[0] * np.sign(share) * three_point_load(np.minimum(np.abs(share), 0.5)) - y
-
-    found = least_squares(residual, [1.0, -offset / slope], xtol=1e-12, ftol=1e-14, gtol=1e-14)
-    left, spare = found.fun, len(y) - 2
-    inflation = inflation_of([left], 2)
-    variance = 2.0 * found.cost / spare * inflation * np.linalg.inv(found.jac.T @ found.jac)
-    half = student_quantile(max(int(len(y) / inflation) - 2, 1)) * math.sqrt(variance[0, 0])
-    stiffness = found.x[0] * size[0] * span**2
-    area = math.nan if second_moment is None else second_moment
-    fit = BendingFit(
-        young_modulus=stiffness / area,
-        low=(found.x[0] - half) * size[0] * span**2 / area,
-        high=(found.x[0] + half) * size[0] * span**2 / area,
-        bending_stiffness=stiffness,
-        slack=float(found.x[1] * span),
-        small_deflection_modulus=slope * span**2 / 48.0 / area,
-        misfit=float(np.sqrt(np.mean(left**2)) / np.abs(y).max()),
-        used=np.ones(len(y), bool),
-    )
-    return replace(fit, notes=tuple(_small_deflection_note(fit) if second_moment is not None else []))

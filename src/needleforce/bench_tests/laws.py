@@ -77,8 +77,9 @@ SOURCES = {
     "fit of Ogden's law": "Golub & Pereyra 1973",
     "choice": "Hurvich & Tsai 1989; Burnham & Anderson 2002",
     "elastica": "Bisshopp & Drucker 1945",
+    "unloading of an indentation": "Oliver & Pharr 1992",
 }
-"""What the laws, the choice between them and the bending of a needle follow, by the keys of the bibliography."""
+"""What the laws, the choice between them, bending and unloading follow, by the keys of the bibliography."""
 
 
 def initial_stiffness(t: ArrayLike) -> np.ndarray:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     import pandas
 
 MIN_SAMPLES = 20  # of a curve
+END_SAMPLES = 4  # over which a force still rises at the end of a curve
 FALL_PASSED = 0.9  # of a fall, after which the force may be steady
 FIGURES = {
     "contact_travel": ("m", "contact, in the recording's travel"),
@@ -64,7 +65,8 @@ class Figure:
     value : float or None
         None if the curve does not show it.
     low, high : float or None
-        95 % interval, from noise and rounding of force and travel; None without one.
+        95 % interval, from noise and rounding of force and travel; None without one. The force of a peak at which the
+        sensor is saturated has only a ``low``, itself.
     reason : str
         Why there is no value; empty with one.
     """
@@ -83,7 +85,7 @@ class Figure:
         if self.unit == "1":
             return f"{self.value:g}"
         if self.low is None or self.high is None:
-            return plain(self.value, self.unit)
+            return "at least " * (self.low is not None) + plain(self.value, self.unit)
         return str(quantity(self.value, self.low, self.high, self.unit))
 
 
@@ -287,7 +289,10 @@ class _Analysis:
             self.figures[name] = Figure(name=name, unit=unit, meaning=meaning, reason=reason)
 
     def _force(self, name: str, value: float, low: float, high: float) -> None:
-        """A force with the error of its zero in the interval."""
+        """A force with the error of its zero in the interval; of a saturated sensor it is a lower bound."""
+        if value > self.curve.limit - TWO_SIDED * self.noise.of_mean(1):
+            self._put(name, self.curve.limit, self.curve.limit)
+            return
         zero = TWO_SIDED * self.curve.zero_error
         below, above = ((part * part + zero * zero) ** 0.5 for part in (value - low, high - value))
         self._put(name, value, value - below, value + above)
@@ -367,9 +372,12 @@ class _Analysis:
         index, last = int(self.force.argmax()), len(self.force) - 1
         known = (each for each in features if each.kind == "peak" and each.reading >= self.force[index])
         top = next(known, None) or top_of(self.travel, self.force, self.noise, index=index, width=1, first=0, last=last)
+        growth = 0.0
         if top.travel >= self.travel[-1]:
             self.notes.append("The force is largest at the end of the travel.")
-        self._force("max_force", top.force, top.low, top.high)
+            # the test may have ended up to a sample later
+            growth = max(float(self.force[last] - self.force[last - END_SAMPLES]), 0.0) / END_SAMPLES
+        self._force("max_force", top.force, top.low, top.high + growth)
         self._place("max_travel", top)
 
     def _work(self, name: str, end: float) -> None:

@@ -13,8 +13,8 @@ from ..identification.statistics.curve_noise import CurveNoise, curve_noise
 from ..recording import Recording
 from ..recording.force_signal import outliers, quantum_of, without_outliers
 from ..segmentation import segment
-from ..segmentation.doubtful import MAX_ALTERNATION_SHARE
-from ..segmentation.strokes import cut_samples
+from ..segmentation.doubtful import MAX_ALTERNATION_SHARE, saturated
+from ..segmentation.strokes import cut_samples, deepest_sample
 from ..vocabulary import SMALLEST
 
 NOMINAL_SPEED = 1e-3  # [m/s] of a curve without time, for the search of its contact
@@ -76,14 +76,16 @@ def insertion_stroke(travel: np.ndarray, force: np.ndarray) -> tuple[np.ndarray,
     if len(travel) < 3:
         return travel, force, ()
     size = float(np.ptp(travel))
-    if size > 0.0 and core.noise_exceeds(np.ascontiguousarray(travel), MAX_ALTERNATION_SHARE * size):
+    if not size > 0.0:
+        return travel[:1], force[:1], ()
+    if core.noise_exceeds(np.ascontiguousarray(travel), MAX_ALTERNATION_SHARE * size):
         limit, step = "it jumps back and forth from sample to sample", "Sort the samples by time."
         raise InputError("travel", "in no order", limit, next_step=step)
     if travel[0] - travel[-1] > 0.5 * size:
         travel = -travel
         notes.append("Travel decreases in the file: it is reversed, so that it increases into the film.")
     first = int(travel[: int(travel.argmax()) + 1].argmin())
-    last = int(travel.argmax()) + 1
+    last = deepest_sample(travel, force) + 1
     if last < len(travel) and travel[last - 1] - travel[last:].min() > 0.01 * size:
         notes.append("The needle goes back after its largest travel: the insertion up to there is used.")
     z, f = travel[first:last], force[first:last]
@@ -121,7 +123,8 @@ class Curve:
     [N] above that of the free travel, with its ``noise``.
 
     ``contact`` [m] in the recorded travel, None for a curve that begins in contact, at sample ``start``; 95 % error of
-    the contact and ``rounding`` of the travel [m], standard error of the force's zero [N].
+    the contact and ``rounding`` of the travel [m], standard error of the force's zero [N], and the ``limit`` [N] of a
+    saturated sensor, infinite if it is not saturated.
     """
 
     travel: np.ndarray
@@ -132,6 +135,7 @@ class Curve:
     start: int
     contact_error: float
     zero_error: float
+    limit: float
     notes: tuple[str, ...]
 
 
@@ -144,9 +148,10 @@ def curve_of(travel: np.ndarray, force: np.ndarray, notes: tuple[str, ...], *, b
         found.append(f"{counted(len(wrong), 'outlier')} of the force replaced by the neighbours.")
     force = without_outliers(force, wrong)
     noise = curve_noise(force, quantum)
+    at_limit, zero = saturated(travel, force, quantum, noise.of_mean(1)), 0.0
     time = np.arange(len(travel)) * float(travel[-1] - travel[0]) / (len(travel) - 1) / NOMINAL_SPEED
     events = segment(Recording(time=time, depth=travel, force=force))
-    contact, zero, start, errors = None, 0.0, 0, (0.0, 0.0)
+    contact, start, errors = None, 0, (0.0, 0.0)
     if events.contact is None or events.baseline is None:
         text = "The curve begins in contact: travel counts from its first sample, and the zero of the force is taken"
         found.append(text + " as recorded.")
@@ -156,6 +161,9 @@ def curve_of(travel: np.ndarray, force: np.ndarray, notes: tuple[str, ...], *, b
         # the force is certainly above the noise there; the earliest place not excluded may be anywhere before
         error = float(travel[min(events.contact.high, len(travel) - 1)]) - contact
         errors = max(error, 0.0), noise.of_mean(max(start, 1)) if baseline else 0.0
+    if at_limit is not None:
+        found.append(f"The force stands at exactly its maximum for {counted(at_limit[1], 'sample')}, as of a saturated "
+                     "sensor: peaks at it are lower bounds.")  # fmt: skip
     return Curve(
         travel=travel - (travel[0] if contact is None else contact),
         force=force - zero,
@@ -165,6 +173,7 @@ def curve_of(travel: np.ndarray, force: np.ndarray, notes: tuple[str, ...], *, b
         start=start,
         contact_error=errors[0],
         zero_error=errors[1],
+        limit=float(force.max()) - zero if at_limit is not None else np.inf,
         notes=tuple(found),
     )
 

@@ -72,7 +72,7 @@ def top_of(
         found = _joined(travel, force, noise, part=part, places=(max(start, index - m), end))
         if found is None:
             break
-        if any(abs(found.value - other.value) > MAX_SHIFT_SIGMA * other.error for other in known):
+        if any(_has_moved(found, other, end - start + 1) for other in known):
             break
         shift = found.value - known[-1].value if known else 0.0
         known.append(found)
@@ -92,6 +92,14 @@ def top_of(
         reading=float(force[max(min(index, best.low) - width, first) : end + 1].max()),
         statistic=np.nan,
     )
+
+
+def _has_moved(longer: "Top", shorter: "Top", near: int) -> bool:
+    """Whether a longer fit moves the top. A shorter one is at the highest of several places among the ``near`` samples
+    and is above them by chance, so that the longer one may be lower by that."""
+    places = max(near / max(shorter.high - shorter.low + 1, 1), 1.0)
+    chance = (2.0 * math.log(places)) ** 0.5 if longer.value < shorter.value else 0.0
+    return abs(longer.value - shorter.value) > (MAX_SHIFT_SIGMA + chance) * shorter.error
 
 
 def _top_of_blocks(
@@ -133,17 +141,23 @@ def _joined(
     """The top of two parabolas that meet after the best of the ``places``, None if they miss the samples."""
     candidates = np.unique(np.linspace(places[0], max(places), MAX_PLACES).astype(int))
     candidates = candidates[(candidates >= part.start + 2) & (candidates < part.stop)]
+    if part.stop == len(force) and int(force[part.start :].argmax()) == len(part) - 1:
+        # it still rises at the end, where a parabola through the last few would leave them out of the top
+        after = part.stop - 1 - candidates
+        candidates = candidates[(after == 0) | (after > 3)]
+    sd = noise.of_mean(1)
     best: tuple[float, int, tuple, tuple | None] | None = None
     for k in candidates.tolist():
         left = _parabola(travel, force, part.start, k + 1)
         right = _parabola(travel, force, k + 1, part.stop) if k + 1 < part.stop else None
-        squares = left[0] + (right[0] if right else 0.0)
-        if best is None or squares < best[0]:
-            best = (squares, k, left, right)
+        # a few samples after the place fit exactly: their terms count (Akaike)
+        cost = left[0] + (right[0] + 2.0 * sd * sd * min(3, part.stop - k - 1) if right else 0.0)
+        if best is None or cost < best[0]:
+            best = (cost, k, left, right)
     if best is None:
         return None
-    squares, k, left, right = best
-    sd, free = noise.of_mean(1), max(len(part) - 6 - 1, 1)
+    _, k, left, right = best
+    squares, free = left[0] + (right[0] if right else 0.0), max(len(part) - 6 - 1, 1)
     if squares > sd * sd * (free + MAX_FIT_EXCESS * (2.0 * free) ** 0.5) and len(part) > 2 * FIT_LENGTHS[0] + 1:
         return None
     _, fit, variance, slope = left

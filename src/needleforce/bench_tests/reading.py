@@ -12,6 +12,7 @@ from ..core import Needle
 from ..display.quantities import percent
 from ..errors import InputError
 from ..identification.estimates import Estimate
+from ..segmentation.strokes import deepest_sample
 from .bending import needle_modulus
 from .law_fit import StressCurve
 from .stress_fit import MAX_MISFIT, fit_stress
@@ -83,7 +84,7 @@ def read_stress(
         assumed.append("strain and stress are of compression, as a header names it, and are taken as negative")
     stretch = _as_stretch(along, strain, gauge_length)
     stress = _as_stress(across, load, stretch, area)
-    used = _before_rupture(_one_stroke(stretch), stress)
+    used = _before_rupture(_one_stroke(stretch, stress), stress)
     if len(used) < len(stretch):
         assumed.append(f"the test ends at its largest strain, or where the stress falls: {len(used)} of {len(stretch)} "
                        "readings")  # fmt: skip
@@ -137,13 +138,13 @@ def _as_stress(quantity: str, values: np.ndarray, stretch: np.ndarray, area: flo
     return values / stretch if quantity == "true_stress" else values
 
 
-def _one_stroke(stretch: np.ndarray) -> np.ndarray:
+def _one_stroke(stretch: np.ndarray, stress: np.ndarray) -> np.ndarray:
     """The readings of a test without reversal, or those up to the largest strain."""
     blocks = np.array([block.mean() for block in np.array_split(stretch, min(STROKE_BLOCKS, len(stretch)))])
     travel, span = float(np.abs(np.diff(blocks)).sum()), float(np.ptp(blocks))
     if travel <= (1.0 + 2.0 * STROKE_MARGIN) * span or len(stretch) < STROKE_BLOCKS:
         return np.arange(len(stretch))
-    return np.arange(int(np.argmax(np.abs(stretch - 1.0))) + 1)
+    return np.arange(deepest_sample(np.abs(stretch - 1.0), stress) + 1)
 
 
 def _before_rupture(used: np.ndarray, stress: np.ndarray) -> np.ndarray:
@@ -195,7 +196,7 @@ def read_bending(
     found = readings(table, chosen, units)
     notes = list(table.notes)
     if three_point:
-        last = int(np.argmax(np.abs(found["deflection"]))) + 1
+        last = deepest_sample(np.abs(found["deflection"]), found["force"]) + 1
         if last < len(found["force"]):
             notes.append(f"the test is the part up to the largest deflection, {last} of {len(found['force'])} readings")
         found = {quantity: values[:last] for quantity, values in found.items()}

@@ -96,10 +96,7 @@ def _rows(table: Table) -> int:
     """The rows of a table to the last one in which a column has a value."""
     rows = 0
     for k in range(len(table.headers[:MAX_COLUMNS])):
-        try:
-            values = table.numbers(k)
-        except InputError:  # a column of text
-            continue
+        values = table.readable(k)
         present = np.flatnonzero(~np.isnan(values))
         rows = max(rows, int(present[-1]) + 1 if len(present) else 0)
     return rows
@@ -157,7 +154,7 @@ def _longer_phrase(own: list[str], quantity: str) -> bool:
 
 _VOCABULARIES = {
     quantity: Vocabulary(
-        dimensions=dict.fromkeys(QUANTITIES, ""),
+        dimensions={name: "" if of == "ratio" else of for name, (of, _) in QUANTITIES.items()},
         recognised={
             f"{phrase}, {exact}": partial(_recognise, quantity, phrase, exact)
             for phrase in phrases

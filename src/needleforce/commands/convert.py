@@ -28,12 +28,8 @@ def run(
 
     check_outputs([output], [file, reading.motion])
     if output.suffix.lower() not in ENDINGS:
-        raise InputError(
-            "--output",
-            repr(str(output)),
-            f"known endings are {', '.join(ENDINGS)}",
-            next_step="Give a file name with one of them.",
-        )
+        limit = f"known endings are {', '.join(ENDINGS)}"
+        raise InputError("--output", repr(str(output)), limit, next_step="Give a file name with one of them.")
     found = read_all([file], reading)
     if len(found) > 1:
         raise InputError(

@@ -24,9 +24,17 @@ MODEL_HELP = (
     "paper, cone_cylinder, power_law, okamura (or simone), or maurin; default: paper or cone_cylinder, by the BIC of "
     "the loading curve. cubic_foundation, hyperbolic_foundation or tanh_foundation: friction of a bent shaft, beyond "
     "the paper's line. layered, layered_yielding (both passive) or layered_as_fitted: complete cycles of layers that "
-    "are dragged along, rupture and relax, from repeats with hold and withdrawal (half a minute)."
+    "are dragged along, rupture and relax, from repeats with hold and withdrawal (half a minute). gradual_layers: "
+    "insertions alone through layers that rupture one after another."
 )
-LAYERS_HELP = "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well."
+LAYERS_HELP = (
+    "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well. Of "
+    "gradual_layers; default: one for each puncture."
+)
+MACHINE_HELP = (
+    "Stiffness [N/mm] of sensor, holder and drive in series with the needle: the depth is then that of the tip. "
+    "Default: none, unless the recordings show one."
+)
 
 
 class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
@@ -38,6 +46,7 @@ class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None
+    machine_stiffness_N_mm: Annotated[float | None, typer.Option("--machine-stiffness-N-mm", help=MACHINE_HELP)] = None
     reading: ReadOptions
     motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = []
     bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None
@@ -72,7 +81,9 @@ def run(
     seconds = read_all(given.second_pass, given.reading, given.motion[len(files) :])
     _print_assumptions(done + seconds)
     bench = {"bending": given.bending, "tension": given.tension}
-    fit = _identified(done, seconds, model=given.model, layers=given.layers, needle=body, **bench, progress=progress)
+    machine = None if given.machine_stiffness_N_mm is None else 1e3 * given.machine_stiffness_N_mm
+    chosen = {"model": given.model, "layers": given.layers, "machine_stiffness": machine}
+    fit = _identified(done, seconds, **chosen, needle=body, **bench, progress=progress)
     _write(fit, given)
     _show(fit, quiet=given.json == "-")
     if fit.model is None:
@@ -85,12 +96,8 @@ def _identified(done: ReadFiles, seconds: ReadFiles, **options: Any) -> "Fit":
     from ..identification.result import with_unreadable
 
     if seconds and len(seconds) != len(done):
-        raise InputError(
-            "number of --second-pass files",
-            len(seconds),
-            f"there are {len(done)} first passes",
-            next_step="Give one for each first pass, in the same order.",
-        )
+        limit, step = f"there are {len(done)} first passes", "Give one for each first pass, in the same order."
+        raise InputError("number of --second-pass files", len(seconds), limit, next_step=step)
     kept = [k for k, (_, recording) in enumerate(done) if not isinstance(recording, InputError)]
     firsts = [done[k][1] for k in kept]
     others = [None if isinstance(seconds[k][1], InputError) else seconds[k][1] for k in kept] if seconds else []

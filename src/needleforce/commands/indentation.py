@@ -17,13 +17,14 @@ from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
-    import numpy as np
-
+    from ..identification.estimates import Estimate
     from ..identification.indentation_tips import TipFit
+    from ..identification.indentation_unloading import UnloadingFit
     from ..recording import Recording
 
 NAME = "indentation"
 CONTACT_HELP = "Depth of the surface, of a curve that begins in contact; default: it is fitted."
+BETA_HELP = "Factor of the slope of the unloading: 1 for a round tip, 1.034 for a Berkovich pyramid."
 SHAPES = {
     "cone": ("Cone", "half_angle"),
     "paraboloid": ("Paraboloid", "radius"),
@@ -48,6 +49,7 @@ class IndentationFlags(msgspec.Struct, frozen=True, kw_only=True):
         "constant"
     )
     contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None
+    beta: Annotated[float, typer.Option(help=BETA_HELP)] = 1.0
     reading: ReadOptions
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
 
@@ -60,6 +62,7 @@ def run(
     """Fit modulus, contact depth and baseline to an indentation curve, for one or several tips."""
     from ..identification import compare_tips
     from ..identification.indentation import checked_options
+    from ..identification.indentation_unloading import judged_by_unloading
 
     check_outputs([given.json], [file, given.needle])
     options = {"poisson_ratio": given.poisson_ratio, "baseline": given.baseline}
@@ -70,64 +73,88 @@ def run(
     recordings = read_all([file], dataclasses.replace(given.reading, baseline=False, test="indentation"))
     for _, recording in recordings:
         try:
-            depth, force = _approach(recording, whole=bool(given.reading.segment))
+            used = _approach(recording, whole=bool(given.reading.segment))
+            depth, force = recording.depth[used], recording.force[used]
             rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **surface, **options)
+            unloadings = [_unloading(recording, used.stop, row, given) for row in rows]
+            rows = [
+                row._replace(fit=judged_by_unloading(row.fit, each)) if each else row
+                for row, each in zip(rows, unloadings, strict=True)
+            ]
         except InputError as error:
             say(str(error) if str(file) in error.place else f"{file}: {error}")
             continue
         part = recording.card.part
         documents.append({"file": str(file), **({"part": part} if part else {}), "samples": len(depth),
-                          "tips": [_document(row) for row in rows]})  # fmt: skip
-        _show(rows, part if len(recordings) > 1 else "", quiet=given.json == "-")
+                          "tips": list(map(_document, rows, unloadings))})  # fmt: skip
+        _show(rows, unloadings, part if len(recordings) > 1 else "", quiet=given.json == "-")
         found |= any(row.fit.reduced_modulus.identifiable for row in rows)
+        found |= any(each.parameters["reduced_modulus"].identifiable for each in unloadings if each)
     if documents:
         write_json(documents[0] if len(recordings) == 1 else {"recordings": documents}, given.json)
     if not found:
         raise typer.Exit(1)
 
 
-def _approach(recording: "Recording | InputError", *, whole: bool) -> "tuple[np.ndarray, np.ndarray]":
-    """Depth and force up to the deepest sample, or of the ``whole`` recording: of a segment that was chosen."""
+def _approach(recording: "Recording | InputError", *, whole: bool) -> slice:
+    """The samples up to the deepest one, or of the ``whole`` recording: of a segment that was chosen."""
+    from ..segmentation.strokes import deepest_sample
+
     if isinstance(recording, InputError):
         raise recording
     for sentence in (*recording.card.assumptions, *(note.message for note in recording.notes)):
         say(f"note: {sentence}")
-    used = slice(len(recording) if whole else int(recording.depth.argmax()) + 1)
+    used = slice(len(recording) if whole else deepest_sample(recording.depth, recording.force) + 1)
     if not whole:
         say(f"assumed: the indentation ends at the deepest of {len(recording)} samples, number {used.stop}")
-    return recording.depth[used], recording.force[used]
+    return used
 
 
-def _document(row: "TipFit") -> dict:
+def _unloading(recording: "Recording", stop: int, row: "TipFit", given: IndentationFlags) -> "UnloadingFit | None":
+    """The fit of the unloading from the last sample before ``stop`` on; None without one, or where it shows no
+    modulus."""
+    from ..identification import fit_unloading
+
+    back = slice(stop - 1, stop + int(recording.depth[stop - 1 :].argmin()))
+    depth, force, contact = recording.depth[back], recording.force[back], row.fit.contact_depth.value
+    if len(depth) < 2:
+        return None
+    slope, level = (0.0 if each is None else each.value for each in (row.fit.baseline_slope, row.fit.baseline))
+    options = {"contact_depth": contact, "poisson_ratio": given.poisson_ratio, "shape_factor": given.beta}
+    try:
+        return fit_unloading(depth, force - level - slope * (depth - contact), row.fit.tip, **options)
+    except InputError as error:
+        say(f"no modulus of the unloading: {error}")
+        return None
+
+
+def _document(row: "TipFit", unloading: "UnloadingFit | None") -> dict:
     choice = {"more_than_best": row.more_than_best, "more_than_best_noise": row.noise}
-    return row.fit.document() | choice | {"distinguishable": row.distinguishable}
+    after = {} if unloading is None else {"unloading": unloading.document()}
+    return row.fit.document() | choice | {"distinguishable": row.distinguishable} | after
 
 
-def _show(rows: "Sequence[TipFit]", part: str, *, quiet: bool) -> None:
-    from ..display.quantities import quantity
+def _show(rows: "Sequence[TipFit]", unloadings: "Sequence[UnloadingFit | None]", part: str, *, quiet: bool) -> None:
     from ..display.tables import in_words
     from ..identification.statistics.noise import INTERVAL
 
-    for row in rows:
+    head = ["quantity", f"value, {INTERVAL}", "identifiable", "how"]
+    for row, unloading in zip(rows, unloadings, strict=True):
         tip = in_words(row.fit.tip)
         for note in row.fit.notes:
             say(f"{tip}: {note}")
         if quiet:
             continue
-        shown = [
-            [
-                e.name,
-                str(quantity(e.value, e.low, e.high, e.unit)),
-                "yes" if e.identifiable else "no",
-                e.source,
-            ]
-            for e in row.fit.parameters.values()
-        ]
         more = f", BIC {row.more_than_best:.1f} more than the best" if len(rows) > 1 else ""
         apart = "" if row.distinguishable or not more else ", not distinguishable from it"
         title = f"{f'{part}: ' if part else ''}{tip}, residual {row.fit.residual_rms:.3g} N"
-        title += (more + apart) * (row is not rows[0])
-        table(title, ["quantity", f"value, {INTERVAL}", "identifiable", "how"], shown)
+        table(title + (more + apart) * (row is not rows[0]), head, _cells(row.fit.parameters))
+        if unloading is not None:
+            table(f"{tip}, unloading", head, _cells(unloading.parameters))
+
+
+def _cells(parameters: "dict[str, Estimate]") -> list[list[str]]:
+    return [[e.name, str(e.shown), "yes" if e.identifiable else "no", e.source] for e in parameters.values()]
 
 
 def tips_of(

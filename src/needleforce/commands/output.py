@@ -103,12 +103,8 @@ def pairs(options: list[str], option: str) -> dict[str, str]:
 
     for text in options:
         if "=" not in text:
-            raise InputError(
-                f"--{option}",
-                repr(text),
-                "not of the form quantity=name",
-                next_step=f"Write for example --{option} {EXAMPLES.get(option, 'time=us')}.",
-            )
+            step = f"Write for example --{option} {EXAMPLES.get(option, 'time=us')}."
+            raise InputError(f"--{option}", repr(text), "not of the form quantity=name", next_step=step)
     found = dict(text.split("=", 1) for text in options)
     if len(found) < len(options):
         limit = "a quantity is given twice"

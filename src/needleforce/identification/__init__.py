@@ -6,6 +6,7 @@ from .estimates import Correlations, Estimate, Quality
 from .identify import identify
 from .indentation import IndentationFit, fit_indentation
 from .indentation_tips import TipFit, compare_tips
+from .indentation_unloading import UnloadingFit, fit_unloading
 from .lugre import FilteredLuGre, filter_lugre
 from .lugre_filter import LuGreFilter
 from .profile_likelihood import Profile, profile
@@ -30,10 +31,12 @@ __all__ = [
     "Site",
     "TipFit",
     "TwoPass",
+    "UnloadingFit",
     "compare",
     "compare_tips",
     "filter_lugre",
     "fit_indentation",
+    "fit_unloading",
     "identify",
     "profile",
 ]

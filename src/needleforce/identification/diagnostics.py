@@ -16,6 +16,7 @@ from ..mechanics.buckling import equivalent_half_angle
 from ..models.model import Model
 from ..models.validity import FRICTION_LIMIT
 from ..segmentation import Events
+from ..segmentation.doubtful import SATURATED
 from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
 from .estimates import Estimate, Quality
@@ -51,6 +52,8 @@ MODEL_ERRORS = {
     "slower misfit": "slow misfit below the puncture",
     "insertion": "strokes that disagree",
     "withdrawal": "strokes that disagree",
+    "stiffer machine": "the machine stiffness",
+    "softer machine": "the machine stiffness",
 }
 NO_CAUSE = "steps of depth, force or time"
 WHITE = "white"
@@ -236,10 +239,24 @@ def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecordin
 
 def exceeded_limits(single: SegmentedRecording, one_layer: bool = True) -> list[str]:
     """A sentence for each limit that one recording exceeds; a layered model includes layers and relaxation."""
-    found = [_lateral(single), _deep(single), _smeared(single)]
+    found = [_saturated(single), _lateral(single), _deep(single), _smeared(single)]
     found += [TIMING] if single.timing.notes else []
     found += [_layers(single.events), _relaxation(single)] if one_layer else []
     return [sentence for sentence in found if sentence]
+
+
+def is_saturated(events: Events) -> bool:
+    """Whether the force stands at its maximum where the travel would have raised it further."""
+    return any(note.endswith(SATURATED) for note in events.notes)
+
+
+def _saturated(single: SegmentedRecording) -> str:
+    if not is_saturated(single.events):
+        return ""
+    return (
+        f"{single.recording.name}: its force is cut off at {peak_force(single):.4g} N, the sensor may be saturated: a "
+        "larger force is a lower bound there, and what is pooled with it is too low. Leave it out of the repeats."
+    )
 
 
 def _layers(events: Events) -> str:

@@ -279,9 +279,11 @@ def _pooled(repeats: list[Estimate]) -> Estimate:
         low, high = min(estimate.low for estimate in repeats), max(estimate.high for estimate in repeats)
         return replace(pooled, low=low, high=high, identifiable=False, systematic=(below, above))
     within = float(np.nan_to_num(np.nanmean(halves))) / np.sqrt(n)
-    # each end is what another reading of the recordings gives, with a scatter of its own
-    low, high = (mean_estimate(first.name, values + part, "", "") for part in (-systematic[:, 0], systematic[:, 1]))
-    low, high = float(min(low.low, low.value - within)), float(max(high.high, high.value + within))
+    # each end is what another reading gives, whose mean has an error too; that of a bound needs no Student's t
+    ends = values[:, None] + systematic * (-1.0, 1.0)
+    errors = TWO_SIDED * ends.std(axis=0, ddof=1) / np.sqrt(n)
+    low, high = ends.mean(axis=0) + np.maximum(errors, max(pooled.high - pooled.value, within)) * (-1.0, 1.0)
+    low, high = float(low), float(high)
     if below > 0.0:  # not below 0 where no repeat is
         low = max(low, min(pooled.low, 0.0, *(estimate.low for estimate in repeats)))
     return replace(pooled, low=low, high=high, systematic=(min(below, pooled.value - low), above))

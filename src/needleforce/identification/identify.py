@@ -31,6 +31,7 @@ from .model_choice import (
     choice_of,
     cycle_evidence,
     falls_gradually,
+    goes_in_only,
     held_by_tissue,
     match_of,
     meets_puncture,
@@ -44,6 +45,7 @@ from .models import (
     BENT,
     COMPARED,
     GRADUAL,
+    GRADUAL_LAYERS,
     LAYERED,
     MECHANICAL,
     MODELS,
@@ -56,6 +58,7 @@ from .one_layer.contact_laws import over_laws
 from .one_layer.cycle_values import estimates_of
 from .one_layer.fit_recording import fitted, limited
 from .one_layer.loading_curves import FITS
+from .one_layer.machine_stiffness import at_tip, behind, machine_stiffness_of, with_machine
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .result import Fit
@@ -76,6 +79,10 @@ LAYERED_WITHOUT_PUNCTURE = (
     "which a model of one layer needs, but the tissue holds the needle in the withdrawal. Rupture depths are by the "
     "whole cycle; there is no measured puncture force."
 )
+LAYERS_BY_PUNCTURES = (
+    f"The model is {GRADUAL_LAYERS}: there is more than one puncture and no withdrawal, and no model of one layer "
+    "describes these recordings up to the first. Give model='cone_cylinder' for one layer as it stands."
+)
 
 
 def identify(
@@ -88,6 +95,7 @@ def identify(
     tension: str | Path | None = None,
     layers: int | None = None,
     tissue_stiffness: Sequence[tuple[float, float] | None] | None = None,
+    machine_stiffness: float | None = None,
     progress: Progress | None = None,
 ) -> Fit:
     """Identify one condition from one recording or from several repeats of it, without starting values.
@@ -103,12 +111,13 @@ def identify(
         then comes from the second pass and the cutting force from the subtraction.
     model : str, optional
         A name in ``MODELS`` or ``BENT``, or ``layered`` or ``layered_yielding`` (both passive) or
-        ``layered_as_fitted``, which are fitted to complete cycles.
+        ``layered_as_fitted``, which are fitted to complete cycles, or ``gradual_layers``, to insertions alone.
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
         neither meets the puncture or the noise. ``layered_yielding`` with a withdrawal if no law of one layer meets the
         puncture, if there is no puncture but the tissue holds the needle in the withdrawal, or if one layer leaves more
         than 5 % of the peak over insertion, hold and withdrawal and the evidence for layers is very strong (a
-        difference of BIC of 10). The choice is in ``choice`` and ``warnings``.
+        difference of BIC of 10); ``gradual_layers`` on such evidence without a withdrawal, with two punctures or more.
+        The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
     bending : str or path-like, optional
@@ -116,11 +125,14 @@ def identify(
     tension : str or path-like, optional
         CSV table of the tension test of the tissue, which gives its Young modulus.
     layers : int, optional
-        Number of layers of a layered model, 1 to 3. Default: the number that the recordings support.
+        Number of layers of a layered model, 1 to 3, or of ``gradual_layers``. Default: what the recordings support.
     tissue_stiffness : sequence, optional
         What is known beforehand of the stiffness of dragged tissue in each layer, from the surface down: its value
         [N/m] and its relative error, the standard deviation of its logarithm; None for a layer of which nothing is
         known. Needs a layered model and ``layers``.
+    machine_stiffness : float, optional
+        Stiffness [N/m] of what is between the recorded depth and the needle: sensor, holder and drive in series. The
+        depth is then that of the tip. Default: none, unless the recordings show one; then it is a parameter.
     progress : callable, optional
         ``progress(iterable, text)`` wraps the work over recordings.
 
@@ -133,15 +145,19 @@ def identify(
     ------
     InputError
         For an unknown model, no recording, a file given twice, second passes that do not pair with the recordings, a
-        bending test without a needle, or stiffnesses that are not those of the layers.
+        bending test without a needle, stiffnesses that are not those of the layers, or a machine stiffness that leaves
+        no travel to the tissue.
 
     Notes
     -----
     One-layer fits, two-pass subtraction and bench tests follow the paper, secs. 2.2 and 2.3.
     """
     recordings, seconds = paired(recordings, second_pass)
+    if machine_stiffness is not None:
+        recordings, seconds = _at_tip(recordings, machine_stiffness), _at_tip(seconds, machine_stiffness)
     needle = None if needle is None else needle_of(needle)
-    model = None if model is None else model_name(model, (*MODELS, *BENT, *GRADUAL, *LAYERED))
+    known = (*MODELS, *BENT, *GRADUAL, *LAYERED, GRADUAL_LAYERS)
+    model = None if model is None else model_name(model, known)
     bench: dict[str, Estimate] = {}
     if bending is not None or tension is not None:
         from ..bench_tests.reading import bench_estimates
@@ -149,9 +165,10 @@ def identify(
         bench = bench_estimates(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
-    if model in LAYERED:
+    if model in (*LAYERED, GRADUAL_LAYERS):
         given = FitInputs(needle, None, bench, _known(tissue_stiffness, layers))
-        return _layered(recordings, seconds, model, given, layers=layers, progress=progress)
+        fit = _layered(recordings, seconds, model, given, layers=layers, progress=progress)
+        return with_machine(fit, machine_stiffness)
     if tissue_stiffness is not None:
         step = "Give model='layered' and layers, or leave it out."
         raise InputError("tissue_stiffness", "given", f"the model {model or 'paper'} has no layers", next_step=step)
@@ -162,6 +179,10 @@ def identify(
     saturation = needle_saturation(needle)
     watched = progress(recordings, "identifying") if progress else recordings
     singles = [fitted(segmented(each), laws, saturation) for each in watched]
+    machine = machine_stiffness_of(singles) if machine_stiffness is None else machine_stiffness
+    if isinstance(machine, Estimate):
+        singles = [fitted(behind(each, machine), laws, saturation) for each in singles]
+        seconds = _at_tip(seconds, machine.value)
     preferred = laws
     if model is None:
         singles, laws = _further_laws(singles, laws, saturation)
@@ -171,8 +192,13 @@ def identify(
         singles = [over_laws(each, law) for each in singles]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
     if model is not None or seconds or layers is not None or not singles:
-        return fit
-    return _with_layers(fit, law, singles, FitInputs(needle, None, bench), progress)
+        return with_machine(fit, machine)
+    return with_machine(_with_layers(fit, law, singles, FitInputs(needle, None, bench), progress), machine)
+
+
+def _at_tip(recordings: list, stiffness: float) -> list:
+    """The recordings, None for a missing one, with the depth of the tip."""
+    return [None if each is None else at_tip(each, stiffness) for each in recordings]
 
 
 def _further_laws(
@@ -199,7 +225,10 @@ def _further_laws(
 def _with_layers(
     fit: Fit, law: str, singles: list[SegmentedRecording], given: FitInputs, progress: Progress | None
 ) -> Fit:
-    """The one-layer fit, or the layered one where the complete cycles support it."""
+    """The one-layer fit, or one with layers where complete cycles, or insertions alone with several punctures, support
+    it."""
+    if goes_in_only(singles):
+        return _with_insertion_layers(fit, law, singles, given)
     punctured = any(single.fits for single in singles)
     if not any(len(single.strokes.depth_out) if punctured else held_by_tissue(single) for single in singles):
         return fit
@@ -214,11 +243,28 @@ def _with_layers(
     if fit.model is None:
         reason = LAYERED_BY_DEFAULT if punctured else LAYERED_WITHOUT_PUNCTURE
         return dataclasses.replace(layered, warnings=(reason, *layered.warnings))
-    evidence = cycle_evidence(fit, layered, singles)
+    evidence = cycle_evidence(fit, layered, singles, len(layered.parameters))
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
     return dataclasses.replace(chosen, warnings=(evidence.sentence(law, DEFAULT_LAYERED), *chosen.warnings))
+
+
+def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording], given: FitInputs) -> Fit:
+    """The one-layer fit of insertions alone, or that of their layers."""
+    from .layered.insertion_layers import identify_insertion_layers
+
+    layered = identify_insertion_layers(singles, given, None)
+    if layered.model is None:
+        return fit
+    if fit.model is None:
+        return dataclasses.replace(layered, warnings=(LAYERS_BY_PUNCTURES, *layered.warnings))
+    evidence = cycle_evidence(fit, layered, singles, 0)
+    if evidence is None:
+        return fit
+    chosen = layered if evidence.for_layers else fit
+    reason = evidence.sentence(law, GRADUAL_LAYERS, "the insertion")
+    return dataclasses.replace(chosen, warnings=(reason, *chosen.warnings))
 
 
 def _known(given: Sequence | None, layers: int | None) -> tuple:
@@ -241,15 +287,21 @@ def _layered(
         raise InputError("number of second passes", len(seconds), f"the model {model} does not use them", "", step)
     if layers is not None and layers not in range(1, MAX_LAYERS + 1):
         raise InputError("layers", layers, f"it must be a whole number from 1 to {MAX_LAYERS}")
+    if model == GRADUAL_LAYERS and given.stiffness:
+        raise InputError("tissue_stiffness", "given", f"no tissue is dragged in the model {model}")
     watched = progress(recordings, "segmenting") if progress else recordings
     singles = [segmented(each) for each in watched]
+    if model == GRADUAL_LAYERS:
+        from .layered.insertion_layers import identify_insertion_layers
+
+        return identify_insertion_layers(singles, given, layers)
     return _compared(identify_layered(singles, model, given, layers, progress), recordings, singles, given)
 
 
 def _compared(fit: Fit, recordings: list, singles: list[SegmentedRecording], given: FitInputs) -> Fit:
     """A layered fit with a sentence on what one layer leaves of the same cycles."""
     one = identify(recordings, needle=given.needle, layers=1)
-    evidence = cycle_evidence(one, fit, singles) if one.choice else None
+    evidence = cycle_evidence(one, fit, singles, len(fit.parameters)) if one.choice else None
     if evidence is None:
         return fit
     return dataclasses.replace(fit, warnings=(*fit.warnings, evidence.compared(one.choice[0].name)))

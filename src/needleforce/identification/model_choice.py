@@ -37,6 +37,7 @@ ONE_LAYER = (
     "cutting_force",
 )
 DEPTHS = ("contact_depth", "puncture_depth")
+CYCLE = "insertion, hold and withdrawal without the friction reversal"
 DISAGREES = (
     "{name} is {measured} from the force up to the first puncture, and {model} in the layered model, which meets the "
     "whole cycle so: the value given is that from the force."
@@ -190,6 +191,13 @@ def held_by_tissue(single: SegmentedRecording) -> bool:
     return len(inside) > 0 and float(np.percentile(inside, HELD_SHARE)) < events.baseline - min_pull
 
 
+def goes_in_only(singles: list[SegmentedRecording]) -> bool:
+    """Whether no recording has a withdrawal, and half of those with contact have two punctures or more."""
+    touching = [single for single in singles if single.events.contact is not None]
+    several = sum(len(single.events.punctures) > 1 for single in touching)
+    return bool(several) and 2 * several >= len(touching) and not any(len(s.strokes.depth_out) for s in touching)
+
+
 def misses_cycle(fit: Fit, singles: list[SegmentedRecording]) -> bool:
     """Whether the one-layer fit leaves more than 5 % of the peak over insertion, hold and withdrawal in at least half
     of the complete recordings."""
@@ -203,11 +211,11 @@ def misses_cycle(fit: Fit, singles: list[SegmentedRecording]) -> bool:
 
 def _samples(single: SegmentedRecording) -> np.ndarray:
     """Sample numbers (n,) of insertion, hold and withdrawal, without those where friction reverses, which has a travel
-    of its own in either model."""
+    of its own in either model; of the insertion without a withdrawal."""
     used = np.zeros(len(single.recording.time), bool)
     for samples in (single.strokes.index_in, single.strokes.index_out):
         used[samples] = True
-    for span in single.events.spans(Phase.hold):
+    for span in single.events.spans(Phase.hold) if len(single.strokes.index_out) else ():
         used[span.first : span.last] = True
     return np.flatnonzero(used)
 
@@ -231,13 +239,12 @@ class CycleEvidence:
         """Whether the evidence for the layered model is very strong."""
         return self.gain > VERY_STRONG_BIC
 
-    def sentence(self, law: str, layered: str) -> str:
-        """The choice between two models, by their names, in words."""
+    def sentence(self, law: str, layered: str, span: str = CYCLE) -> str:
+        """The choice between two models, by their names, in words; ``span`` is what was compared."""
         chosen, other = (layered, law) if self.for_layers else (law, layered)
         return (
-            f"The model is {chosen}: over insertion, hold and withdrawal without the friction reversal the residual is "
-            f"{100 * self.one_layer:.2g} % of the peak with one layer ({law}) and {100 * self.layered:.2g} % with "
-            f"layers. Give model='{other}' for the other one."
+            f"The model is {chosen}: over {span} the residual is {100 * self.one_layer:.2g} % of the peak with one "
+            f"layer ({law}) and {100 * self.layered:.2g} % with layers. Give model='{other}' for the other one."
         )
 
     def compared(self, law: str) -> str:
@@ -254,11 +261,11 @@ class CycleEvidence:
         )
 
 
-def cycle_evidence(one: Fit, layered: Fit, singles: list[SegmentedRecording]) -> CycleEvidence | None:
+def cycle_evidence(one: Fit, layered: Fit, singles: list[SegmentedRecording], shared: int) -> CycleEvidence | None:
     """The evidence of the recordings that both models describe; None without one.
 
-    Correlated samples count as one. The one-layer model has its own parameters in every recording, the layered one its
-    ruptures.
+    Correlated samples count as one. The one-layer model has its own parameters in every recording, the layered one
+    those of its recordings and the ones that they share, so many.
     """
     both = [
         (first, second, _samples(single))
@@ -269,7 +276,7 @@ def cycle_evidence(one: Fit, layered: Fit, singles: list[SegmentedRecording]) ->
         return None
     found = [_compared(first.residuals[chosen], second.residuals[chosen]) for first, second, chosen in both]
     samples, gain = (float(sum(each)) for each in zip(*found))
-    more = len(layered.parameters) + sum(len(second.parameters) - len(first.parameters) for first, second, _ in both)
+    more = shared + sum(len(second.parameters) - len(first.parameters) for first, second, _ in both)
     shares = [(_share(first, chosen), _share(second, chosen)) for first, second, chosen in both]
     one_layer, several = np.sqrt(np.mean(np.square(shares), axis=0)).tolist()
     return CycleEvidence(one_layer=one_layer, layered=several, gain=gain - more * math.log(samples))

@@ -38,6 +38,8 @@ BENT = {law: law for law in LAWS.values()}
 cone + cylinder."""
 GRADUAL = {name: name for name in GRADUAL_FITS}
 """Models of a contact that ruptures gradually, by the name of what is fitted."""
+GRADUAL_LAYERS = "gradual_layers"
+"""Name of the model of layers that rupture gradually one after another, fitted to insertions alone."""
 SAME_FORCE = {
     "paper_by_force": "paper",
     "paper_by_energy": "paper",

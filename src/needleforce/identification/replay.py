@@ -7,13 +7,17 @@ that the recordings of the fit have between the two, and onset and length of a g
 ratio until the peak of the model is that of the event: a power law then keeps its shape.
 """
 
+import dataclasses
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from .. import core
 from ..models.model import Insertion, Model
-from ..segmentation import Events
+from ..segmentation import Events, Puncture
+from .estimates import Parameters
+from .layered.parameters import prefix
 from .models import with_ruptures
 from .recording_fit import RecordingFit
 
@@ -22,21 +26,53 @@ PEAK_GRID = 500  # depths at which the peak of the model is searched
 MAX_STEPS = 6  # of the ratio
 MIN_RATIO, MAX_RATIO = 0.5, 2.0  # beyond, it is not the rupture of the fit
 MIN_LEFT = 0.5  # [of the contact] carried at the onset by what is to rupture; where the fit has less, no less than that
+MIN_TOP_M = 1e-6  # [m] between the tops of two layers
 STEP_S = 1e-3  # [s] between the depths of a search: these laws do not depend on the speed
 
 
-def replayed(model: Model, contact: float, recordings: Sequence[RecordingFit], events: Events) -> tuple[Model, float]:
-    """The ``model``, whose surface is at ``contact`` [m] in the zero of the ``recordings`` of its fit, with the contact
-    and the first puncture of ``events``, and the depth of its surface there."""
+def replayed(
+    model: Model, parameters: Parameters, recordings: Sequence[RecordingFit], events: Events
+) -> tuple[Model, float]:
+    """The ``model`` of pooled ``parameters`` with the contact and the punctures of ``events``, and the depth [m] of its
+    surface there; ``recordings`` are those of its fit.
+
+    A deeper layer that ruptures one after the other is moved as it is: an insertion shows where it ruptures, not where
+    it begins.
+    """
+    contact, count = parameters["contact_depth"].value, len(model.layers)
     if events.contact is not None:
         contact = _fitted(events, recordings, "contact_depth", lambda found: found.contact)
-    if not events.punctures:
+    peaks = [
+        _fitted(events, recordings, f"{prefix(k)}puncture_depth", partial(_puncture, layer=k, count=count)) - contact
+        for k in range(min(count, len(events.punctures)))
+    ]
+    if not peaks:
         return model, contact
-    peak = _fitted(events, recordings, "puncture_depth", lambda found: next(iter(found.punctures), None)) - contact
+    deeper = list(model.deeper)
+    for k, peak in enumerate(peaks[1:]):
+        top = max(peak - parameters[f"{prefix(k + 1)}puncture_indentation"].value, MIN_TOP_M * (k + 1))
+        deeper[k] = dataclasses.replace(deeper[k], top=top)
+    model = model.replace(deeper=tuple(deeper))
     if not isinstance(model.friction, core.laws.YieldingCoulomb):
-        return with_ruptures(model, [peak]), contact
-    model, found = _stretched(model, peak)
-    return model, contact + peak - found
+        return with_ruptures(model, [peaks[0]]), contact
+    model, found = _stretched(model, peaks[0])
+    # tops are below a surface that is moved here
+    deeper = [dataclasses.replace(each, top=each.top - (peaks[0] - found)) for each in model.deeper]
+    return model.replace(deeper=tuple(deeper)), contact + peaks[0] - found
+
+
+def punctures_of_layers(events: Events, count: int) -> list[Puncture]:
+    """The punctures of so many layers, in order of time: the first of one layer, otherwise those with the largest
+    drops."""
+    if count == 1:
+        return list(events.punctures[:1])
+    return sorted(sorted(events.punctures, key=lambda each: -each.drop)[:count], key=lambda each: each.time)
+
+
+def _puncture(events: Events, layer: int, count: int) -> Puncture | None:
+    """The puncture of one of so many layers; None without one."""
+    found = punctures_of_layers(events, count)
+    return found[layer] if layer < len(found) else None
 
 
 def _fitted(events: Events, recordings: Sequence[RecordingFit], name: str, event: Callable) -> float:

@@ -14,10 +14,11 @@ from ..display.quantities import percent
 from ..errors import InputError
 from ..models.model import Model
 from ..recording import Recording
-from ..segmentation import Events
+from ..segmentation import Events, segment
 from ..vocabulary import Status
 from .estimates import Correlations, Estimate, EstimateResult, Parameters, Quality, correlations_of
 from .models import run_model
+from .one_layer.machine_stiffness import at_tip
 from .recording_fit import RecordingFit
 from .replay import replayed
 from .settings import Choice, FitSettings
@@ -75,7 +76,8 @@ class Fit(EstimateResult):
         Parameters
         ----------
         recording : Recording
-            Its time and depth are used, not its force.
+            Its time and depth are used, not its force; where the fit has a ``machine_stiffness``, the force too, for
+            the depth of the tip.
         events : Events, optional
             As from ``segment(recording)``: contact and punctures are then the recording's own where they were found (a
             replay), moved by the distance that the fit's recordings have between events and fitted depths. Without it
@@ -91,8 +93,16 @@ class Fit(EstimateResult):
         InputError
             For a fit without a model.
         """
-        model, surface = self.placed(recording, events)
-        return run_model(model, recording, surface)
+        if "machine_stiffness" not in self.parameters:
+            return self._predicted(recording, events)
+        tip = at_tip(recording, self.parameters["machine_stiffness"].value)
+        events = None if events is None else segment(tip)
+        return self._predicted(tip, events)
+
+    def _predicted(self, tip: Recording, events: Events | None) -> np.ndarray:
+        """The force (n,) [N] along the motion of the tip."""
+        model, surface = self.placed(tip, events)
+        return run_model(model, tip, surface)
 
     def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
         """The model that ``predict`` runs along a recording, and the depth of its surface; for a control loop.
@@ -116,7 +126,7 @@ class Fit(EstimateResult):
             For a fit without a model.
         """
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
-        return (model, contact) if events is None else replayed(model, contact, self.recordings, events)
+        return (model, contact) if events is None else replayed(model, self.parameters, self.recordings, events)
 
     @property
     def shared_contact(self) -> float | None:
@@ -213,7 +223,9 @@ class Fit(EstimateResult):
     def identified_model(self) -> Model:
         """The model. Raises InputError with the reason where there is none."""
         if self.model is None:
-            reason = "; ".join(note for each in self.recordings for note in each.notes[:1]) or "there was no recording"
+            stated = [each for each in self.warnings if each.startswith("No model")]
+            stated = stated or [note for each in self.recordings for note in each.notes[:1]]
+            reason = "; ".join(stated) or "there was no recording"
             step = "See fit.warnings and the notes of each of fit.recordings."
             raise InputError("model of the fit", "missing", reason, next_step=step)
         return self.model

@@ -231,6 +231,15 @@ class Timing:
     notes: tuple[str, ...] = ()
 
 
+def _play(recording: Recording, events: Events, lag: Lag) -> str:
+    """What else a force is behind for: the travel in which a mount that rattles turns from one side to the other."""
+    if lag.time < 0.0:
+        return ""
+    start = float(recording.time[own_spans(events, Phase.extraction)[0].first])
+    first, last = np.interp((start, start + lag.time), recording.time, recording.depth)
+    return f" So does play of the mount of {1e3 * abs(last - first):.2g} mm, which shifts the withdrawal alone."
+
+
 def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timing:
     """The lag between force and depth and the undeclared filter of a recording, with their sentences; ``signal`` is
     that of the undelayed depth."""
@@ -240,7 +249,7 @@ def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timi
         span = sorted(1e3 * abs(end) for end in (lag.low, lag.high))
         found.append(
             f"The force is {span[0]:.0f} to {span[1]:.0f} ms {side} the depth at the start of the withdrawal: a lag of "
-            "the recording shifts depths by speed times lag."
+            "the recording shifts depths by speed times lag." + _play(recording, events, lag)
         )
     free = recording.force[: events.contact.low] if events.contact is not None else recording.force[:0]
     length = undeclared_filter(free, recording.card.filter_length)

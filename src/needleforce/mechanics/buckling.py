@@ -73,12 +73,8 @@ def equivalent_half_angle(tip: Any) -> float:
     """Half angle [rad] of a cone, or of the cone equivalent to a bevel; InputError for a tip without such a cone."""
     if hasattr(tip, "equivalent_cone"):
         return tip.equivalent_cone().half_angle
-    raise InputError(
-        "tip.shape",
-        tip.name,
-        "neither a cone nor a tip with an equivalent cone",
-        next_step="Give the law's half_angle, or use the law tip_contact, which accepts every tip.",
-    )
+    step = "Give the law's half_angle, or use the law tip_contact, which accepts every tip."
+    raise InputError("tip.shape", tip.name, "neither a cone nor a tip with an equivalent cone", next_step=step)
 
 
 def foundation_buckling_force(stiffness: float, modulus: float, *, free_end: bool) -> float:

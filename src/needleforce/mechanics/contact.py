@@ -182,20 +182,13 @@ def _within(radius: np.ndarray, tip: Any, shank_radius: float) -> None:
     """Raise InputError for contact radii beyond the shank or the end of the tip, or within its flat face."""
     limit = min(shank_radius, tip.end)
     if radius.size and (radius.min() < 0 or radius.max() > limit or (radius.max() == tip.end > tip.flat)):
+        value, bounds = f"{radius.min():.4g} to {radius.max():.4g} m", f"outside 0 to {limit:.4g} m"
         next_step = "Give the depth instead: from the shank or the end of the tip on, the radius is constant."
-        raise InputError(
-            "contact_radius",
-            f"{radius.min():.4g} to {radius.max():.4g} m",
-            f"outside 0 to {limit:.4g} m",
-            next_step=next_step,
-        )
+        raise InputError("contact_radius", value, bounds, next_step=next_step)
     if radius.size and radius.max() > 0 and radius[radius > 0].min() <= tip.flat:
-        raise InputError(
-            "contact_radius",
-            f"{radius[radius > 0].min():.4g} m",
-            f"within the flat face of radius {tip.flat:.4g} m, all of which touches at first contact",
-            next_step="Give the depth instead.",
-        )
+        value = f"{radius[radius > 0].min():.4g} m"
+        face = f"within the flat face of radius {tip.flat:.4g} m, all of which touches at first contact"
+        raise InputError("contact_radius", value, face, next_step="Give the depth instead.")
 
 
 def _shaped(column: np.ndarray, shape: tuple[int, ...]) -> np.ndarray | float:

@@ -13,8 +13,7 @@ from .. import core
 from ..checks import instance_of
 from ..errors import InputError
 from ..mechanics.foundation import foundation_modulus
-from .model import Model
-from .solid_engine import solid_engine
+from .model import Model, solid_engine
 
 LateralLayer = core.LateralLayer
 

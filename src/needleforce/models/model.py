@@ -321,3 +321,20 @@ class Insertion(core.Insertion):
 
     def __repr__(self) -> str:
         return f"<Insertion of {self.model!r}>"
+
+
+def solid_engine(
+    model: Model | None, tissue: Any, limits: core.Limits | None = None, bevel: core.Bevel | None = None
+) -> core.CondensedInsertion:
+    """An insertion of a model, whose friction and cutting drag the solid, into an ``nf.fe.CondensedTissue``. ``bevel``
+    is for the lateral force on the tip. Raises InputError if there is no model, the tissue is not condensed, or a law
+    does not fit."""
+    if model is None:
+        step = "Give a model: its friction and cutting drag the solid."
+        raise InputError("model", None, "needed with a tissue", next_step=step)
+    if not hasattr(tissue, "bonded_stiffness"):
+        step = "Give tissue.condense(path), or nf.fe.load_condensed(file)."
+        raise InputError("tissue", type(tissue).__name__, "not a CondensedTissue", next_step=step)
+    return core.CondensedInsertion(
+        tissue.spacing, tissue.compliance, model.stack, limits or core.Limits(), bevel or core.Bevel()
+    )

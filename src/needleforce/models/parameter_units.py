@@ -25,6 +25,7 @@ UNITS = OF_LAWS | {
     "cutting_force": "N",
     "rupture_onset": "m",
     "rupture_exponent": "1",
+    "machine_stiffness": "N/m",
     # several layers
     "top": "m",
     "contact_stiffness": "N/m",
@@ -36,12 +37,16 @@ UNITS = OF_LAWS | {
     "young_modulus": "Pa",
     "tissue_young_modulus": "Pa",
     "needle_young_modulus": "Pa",
+    "bending_stiffness": "N m^2",
     "clamp_compliance": "rad/(N m)",
     "implied_poisson_ratio": "1",
     **{f"friction_coefficient_{reading}": "1" for reading in READINGS},
     # an indentation curve
     "baseline": "N",
     "baseline_slope": "N/m",
+    "hardness": "Pa",
+    "unloading_stiffness": "N/m",
+    "residual_depth": "m",
 }
 
 

@@ -12,9 +12,8 @@ from ..checks import within
 from ..errors import InputError
 from ..recording import Card, Note, Recording
 from ..vocabulary import Status
-from .model import Insertion, Model
-from .solid_engine import contact_warnings, solid_engine
-from .validity import crossed_by_depth
+from .model import Insertion, Model, solid_engine
+from .validity import contact_warnings, crossed_by_depth
 
 MAX_SAMPLES = 50_000_000
 PARTS = ("stiffness", "friction", "cutting")

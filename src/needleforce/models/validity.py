@@ -40,6 +40,19 @@ def crossed_by_depth(model: Any, deepest: float) -> tuple[str, ...]:
     )
 
 
+def contact_warnings(engine: core.CondensedInsertion) -> tuple[str, ...]:
+    """A sentence where the contact law presses the surface deeper than the tip is, if the solid bears its force."""
+    depth, force = engine.puncture
+    pressed = force * engine.surface_compliance
+    if not pressed > depth:
+        return ()
+    return (
+        f"The contact law is stiffer than the solid: its force at the puncture, {force:.3g} N, would press the surface "
+        f"{1e3 * pressed:.3g} mm down where the tip is {1e3 * depth:.3g} mm deep. Forces are the law's; displacements "
+        "before the puncture are too large by as much.",
+    )
+
+
 def _slope(layer: Any, model: Any) -> str:
     tip = getattr(layer.stiffness, "tip", None)
     if tip is not None and not hasattr(tip, "equivalent_cone"):

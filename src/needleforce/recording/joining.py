@@ -178,9 +178,8 @@ def put_motion(main: Stream, other: Stream, start_depth: float | None, preamble:
     times are left out."""
     had_depth = "depth" in other.values
     _settle_depth(other, start_depth, preamble, inwards)
-    motion, force_time = other.values, main.values["time"]
-    within = overlap(force_time, motion["time"], other.place)
-    main.values = {quantity: np.ascontiguousarray(values[within]) for quantity, values in main.values.items()}
+    motion = other.values
+    leave_out_beyond(main, motion["time"], other.place)
     time = main.values["time"]
     if had_depth:
         main.values["depth"] = np.interp(time, motion["time"], motion["depth"])
@@ -191,11 +190,18 @@ def put_motion(main: Stream, other: Stream, start_depth: float | None, preamble:
         main.values["velocity"] = np.interp(time, motion["time"], motion["velocity"])
     else:  # on the clock of the force: the motion may be given by its corners
         differentiate(main)
-    lost = len(force_time) - len(time)
+    main.notes += [Note(n.kind, f"motion: {n.message}", n.count) for n in other.notes + timing_notes(motion["time"])]
+
+
+def leave_out_beyond(stream: Stream, motion: np.ndarray, place: str) -> None:
+    """Leave out samples outside the times of the motion (m,) [s], with a note. Raises InputError as ``overlap``."""
+    before = len(stream.values["time"])
+    within = overlap(stream.values["time"], motion, place)
+    stream.values = {quantity: np.ascontiguousarray(values[within]) for quantity, values in stream.values.items()}
+    lost = before - len(stream.values["time"])
     if lost:
         message = f"{lost} samples of force are outside the motion's times and are left out"
-        main.notes.append(Note("outside_motion", message, lost))
-    main.notes += [Note(n.kind, f"motion: {n.message}", n.count) for n in other.notes + timing_notes(motion["time"])]
+        stream.notes.append(Note("outside_motion", message, lost))
 
 
 @dataclass(frozen=True)

@@ -78,10 +78,7 @@ def _column_table(part: Part) -> list[tuple[str, str, str]]:
 
 def _range(table: Table, index: int) -> dict[str, Any]:
     """Number of values, first, last, smallest and largest of a column."""
-    try:
-        values = table.numbers(index)
-    except InputError:
-        values = np.empty(0)
+    values = table.readable(index)
     values = values[np.isfinite(values)]
     if not len(values):
         return dict.fromkeys(("first", "last", "smallest", "largest"), float("nan")) | {"count": 0}

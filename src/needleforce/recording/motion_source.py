@@ -90,9 +90,8 @@ def _with_known_start(main: Part | None, tables: Sequence[Table], columns: Mappi
     """The only other table with a motion, if the one of the force has none and both state when they begin."""
     if main is None or _has_motion(main) or _has_length(main) or _started(main.table) is None:
         return None
-    others = [
-        each for each in motion_parts(tables, columns) if _has_motion(each) and each.table.name != main.table.name
-    ]
+    others = [each for each in motion_parts(tables, columns) if each.table.name != main.table.name]
+    others = [each for each in others if _has_motion(each) or _has_length(each)]
     return others[0] if len(others) == 1 and _started(others[0].table) is not None else None
 
 

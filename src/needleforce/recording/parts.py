@@ -175,10 +175,8 @@ def _period(headers: Sequence[str]) -> int:
 
 def _is_empty(table: Table, index: int) -> bool:
     """Whether a column has neither a number nor a text."""
-    try:
-        return not np.isfinite(table.numbers(index)).any()
-    except InputError:
-        return False
+    values = table.readable(index)
+    return len(values) > 0 and not np.isfinite(values).any()
 
 
 def _repeated(table: Table, recognise: Callable[[str], str | None], given: Mapping[str, str]) -> list[Part]:

@@ -65,8 +65,8 @@ NAMED_BY_WORD = {
 }  # fmt: skip
 _LATE_WORDS = "deformation verformung eindruckung gap spalt spaltweite messspalt"
 _TIME_WORDS = frozenset("t time stamp timestamp zeit temps tiempo tempo".split())
-# words that make another quantity of a header
-_OTHERS = frozenset(
+# words that make another quantity of a header, such as a target, an error or a rate
+OTHER_WORDS = frozenset(
     "rate speed velocity energy work error sd std max min mean average peak target set setpoint command "
     "commanded desired ratio strain stress offset x y transverse lateral geschwindigkeit soll".split()
 )
@@ -135,7 +135,7 @@ def by_word(header: str) -> str | None:
     if _is_time_of_another(ordered):
         return "time"
     found = [quantity for quantity, names in NAMED_BY_WORD.items() if words & set(names.split())]
-    return found[0] if len(found) == 1 and not words & _OTHERS else None
+    return found[0] if len(found) == 1 and not words & OTHER_WORDS else None
 
 
 def _is_time_of_another(words: Sequence[str]) -> bool:
@@ -152,7 +152,7 @@ def by_late_word(header: str) -> str | None:
     name, unit = split(header)
     words = set(plain_name(name).split("_"))
     fits = not unit or find(unit, dimension("depth"))
-    return "depth" if words & set(_LATE_WORDS.split()) and fits and not words & _OTHERS else None
+    return "depth" if words & set(_LATE_WORDS.split()) and fits and not words & OTHER_WORDS else None
 
 
 RECOGNISED = {"name": by_name, "numbered name": by_numbered_name, "word": by_word, "late word": by_late_word}

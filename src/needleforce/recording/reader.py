@@ -25,7 +25,7 @@ from .quantities import AXES
 from .recording import Note, Recording
 from .roles import of_main
 from .samples import timing_notes
-from .stream import Stream, read_stream
+from .stream import read_stream
 from .table import Table, segments_of
 
 if TYPE_CHECKING:
@@ -268,15 +268,8 @@ def recording_from_table(
         remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
     main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
     rows = main.values.pop("row")
-    return _recording(main, preamble, options.filter_length), rows
-
-
-def _recording(stream: Stream, preamble: Preamble, filter_length: int | None) -> Recording:
-    values = dict(stream.values)
-    main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
-    notes = dict.fromkeys([*preamble.notes(), *stream.notes])
-    card = preamble.card(stream.place, stream.sha256, filter_length, stream.assumptions)
-    return Recording(**main, axes=values, card=card, notes=tuple(notes))
+    card = preamble.card(main.place, main.sha256, options.filter_length, main.assumptions)
+    return main.recording(card, preamble.notes()), rows
 
 
 def chosen_parts(path: Path, options: ReadOptions) -> list[tuple[str | int | None, str]]:

@@ -18,7 +18,6 @@ UNITS = {"time": "s", "depth": "m", "velocity": "m/s", "tx": "N m", "ty": "N m",
 
 
 _COPIED_SHARE = 0.1  # of the noise: forces of two files that differ by less are the same readings
-_PEAK_SIGMA = 1.0  # by which the peaks of copies may differ, that were saved with other digits
 _ROUNDING = 1e-9  # of the force: what a conversion of units changes
 _MIN_COPIED, _MAX_LACKING = 20, 0.1  # samples that are compared, and share that one of two may lack
 _DERIVATIVE_WINDOW_S = 0.05  # s: the change of depth over this time gives the velocity
@@ -288,21 +287,11 @@ def copies(recordings: Sequence[Recording]) -> dict[int, int]:
     the noise, and of 20 samples it is so small once in 1e22 pairs. One may lack samples at one end.
     """
     found: dict[int, int] = {}
-    peaks = [float(each.force.max(initial=0.0)) for each in recordings]
     noises = [_noise(each) for each in recordings]
     for k, one in enumerate(recordings):
-        for j in range(k if one.card.sha256 else 0):
-            other, tolerance = recordings[j], _COPIED_SHARE * noises[k]
-            if not other.card.sha256 or j in found:
-                continue
-            if one.card.sha256 == other.card.sha256:
-                same = one.card.part == other.card.part
-            else:
-                near = abs(peaks[k] - peaks[j]) <= _PEAK_SIGMA * noises[k] + _ROUNDING * abs(peaks[k])
-                same = near and _have_same_readings(one, other, tolerance)
-            if same:
-                found[k] = j
-                break
+        earlier = (j for j in range(k) if j not in found)
+        first = next((j for j in earlier if _is_copy(one, recordings[j], _COPIED_SHARE * noises[k])), None)
+        found |= {} if first is None else {k: first}
     return found
 
 
@@ -310,12 +299,14 @@ def _noise(recording: Recording) -> float:
     return float(core.second_difference_noise(recording.force)) if len(recording) > 2 else 0.0
 
 
-def _have_same_readings(one: Recording, other: Recording, tolerance: float) -> bool:
-    """Whether the forces of two recordings, up to the length of the shorter from either end, differ by less than a
-    tolerance [N]."""
-    count = min(len(one), len(other))
-    if count < _MIN_COPIED or max(len(one), len(other)) > (1.0 + _MAX_LACKING) * count:
+def _is_copy(one: Recording, other: Recording, tolerance: float) -> bool:
+    """Whether two recordings are of one file, or the forces in their files, up to the length of the shorter from either
+    end, differ by less than a tolerance [N]."""
+    if not one.card.sha256 or one.card.sha256 == other.card.sha256:
+        return one.card.sha256 != "" and one.card.part == other.card.part
+    count, size = min(len(one), len(other)), float(np.ptp(one.force))
+    lacking = max(len(one), len(other)) > (1.0 + _MAX_LACKING) * count
+    if not other.card.sha256 or count < _MIN_COPIED or lacking or not size > 0.0:
         return False
-    tolerance = max(tolerance, _ROUNDING * float(np.ptp(one.force)))
     pairs = (one.force[:count], other.force[:count]), (one.force[-count:], other.force[-count:])
-    return any(float(np.sqrt(np.mean((a - b) ** 2))) <= tolerance for a, b in pairs)
+    return any(float(np.sqrt(np.mean((a - b) ** 2))) <= max(tolerance, _ROUNDING * size) for a, b in pairs)

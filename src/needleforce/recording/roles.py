@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import find
-from .quantities import QUANTITIES, RECOGNISED, plain_name, split
+from .quantities import OTHER_WORDS, QUANTITIES, RECOGNISED, plain_name, split
 from .table import Table
 
 MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
@@ -164,7 +164,8 @@ def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Voc
             (others if of_another else taken).setdefault(quantity, (reason, found))
     used = {index for _, found in taken.values() for index in found}
     for quantity in [q for q in others if q not in taken]:
-        if len(_of_dimension(table, vocabulary.dimensions[quantity], used)) != 1:
+        headers = [table.headers[k] for k in _of_dimension(table, vocabulary.dimensions[quantity], used)]
+        if len(headers) != 1 or OTHER_WORDS & set(plain_name(split(headers[0])[0]).split("_")):
             taken[quantity] = others[quantity]
     columns = {}
     for quantity, (reason, found) in taken.items():
@@ -185,25 +186,17 @@ def _before_rectifying(table: Table, columns: Mapping[str, Column]) -> dict[str,
     for quantity, column in columns.items():
         if quantity not in _SIGNED or column.reason == "given":
             continue
-        others = _of_dimension(table, RECORDINGS.dimensions[quantity], used)
-        values = _readable(table, column.index) if others else None
-        if values is None or not len(values) or np.nanmin(values) < 0.0 or not np.ptp(values) > 0.0:
+        free = [k for k in range(len(table.headers)) if k not in used and stated_unit(table, k) == column.unit]
+        values = np.nan_to_num(table.readable(column.index)) if free else np.empty(0)
+        if not len(values) or values.min() < 0.0 or not np.ptp(values) > 0.0:
             continue
-        for index, unit in others.items():
-            other = _readable(table, index) if unit == column.unit else None
-            if other is not None and len(other) == len(values) and _SIGNED[quantity](values, other):
+        for index in free[:_MAX_LISTED]:
+            other = np.nan_to_num(table.readable(index))
+            if len(other) == len(values) and _SIGNED[quantity](values, other):
                 reason = f"whose {'absolute value' if quantity == 'force' else 'part above zero'} is {column.header!r}"
-                found[quantity] = Column(quantity, table.headers[index], index, unit, reason)
+                found[quantity] = Column(quantity, table.headers[index], index, column.unit, reason)
                 break
     return found
-
-
-def _readable(table: Table, index: int) -> np.ndarray | None:
-    """A column of numbers, without those missing; None for one of text."""
-    try:
-        return np.nan_to_num(table.numbers(index))
-    except InputError:
-        return None
 
 
 def _is_absolute(values: np.ndarray, signed: np.ndarray) -> bool:

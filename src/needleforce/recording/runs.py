@@ -19,6 +19,7 @@ from .table import Table
 _BLOCK = 1 << 20  # samples whose steps are looked at together
 _MIN_RUN = 20  # rows of a run: a shorter one is a disorder of the rows
 _JUMP = 3.0  # times the next step: the depth jumps between two segments
+_MIN_REST = 3  # rows of the first run, which may be a short rest
 _MAX_RUNS = 10_000
 _SAME_FORCE = 0.1  # of the range of the force: largest change between two phases
 _PHASE_SHARE = 0.2  # how much nearer a phase begins to the end of the last one than to its beginning
@@ -72,7 +73,7 @@ def runs_of(
         yield "", table, ()
         return
     table = _turned(table, time, shown.get("depth"))
-    labelled = [(name, table.only_rows(rows)) for name, rows in _label_groups(table, quantities)]
+    labelled = [(name, table.only_rows(rows)) for name, rows in _label_groups(table, quantities, shown)]
     for label, rows in labelled or [("", table)]:
         columns = [shown.get(quantity) for quantity in ("time", "depth", "force")]
         starts = _starts(values_of(rows, columns[0]))
@@ -116,11 +117,9 @@ def _ends_a_segment(values: np.ndarray, row: int) -> bool:
 
 
 def values_of(table: Table, column: Column | None) -> np.ndarray:
-    """The column of each row in the file's unit; empty without one."""
-    try:
-        return np.empty(0) if column is None else table.numbers(column.index)
-    except InputError:  # reported when the part is read
-        return np.empty(0)
+    """The column of each row in the file's unit; empty without one, or if it holds text: that is an error when the part
+    is read."""
+    return np.empty(0) if column is None else table.readable(column.index)
 
 
 def increases(time: np.ndarray) -> bool:
@@ -134,14 +133,17 @@ def _joined_phases(starts: Sequence[int], depth: np.ndarray, force: np.ndarray) 
 
     A run is a phase of the one before, such as the indentation after an approach, if that one went one way or rested,
     and this one begins at the depth and the force at which it ended: five times nearer to this depth than to that where
-    the recording began, unless it has only rested, and within a tenth of the range of the force. A repeat begins where
-    the recording began, or with another force.
+    the recording began, unless one of them only rests, and within a tenth of the range of the force. A repeat begins
+    where the recording began, or with another force.
     """
     runs = [[starts[0]]]
+    depth, force = (each if len(each) > starts[-1] else np.empty(0) for each in (depth, force))
     span, size = (float(np.ptp(each)) if len(each) else 0.0 for each in (depth, force))
-    for last, row in pairwise(starts):
+    for (last, row), stop in zip(pairwise(starts), [*starts[2:], len(depth)]):
         same_force = not len(force) or abs(force[row] - force[row - 1]) <= _SAME_FORCE * size
-        if len(depth) and same_force and _continues(depth, runs[-1][0], last, row, span):
+        near = _NEAR_START * span
+        rests = len(depth) and float(np.ptp(depth[row:stop])) <= near and abs(depth[row] - depth[row - 1]) <= near
+        if len(depth) and same_force and (rests or _continues(depth, runs[-1][0], last, row, span)):
             runs[-1].append(row)
         else:
             runs.append([row])
@@ -170,22 +172,27 @@ def _starts(time: np.ndarray) -> list[int]:
     falls = np.flatnonzero(np.diff(time[present]) < 0.0) + 1
     near = time[present[0]] + _NEAR_START * np.ptp(time[present])
     lengths = np.diff(np.concatenate([[0], falls, [len(present)]]))
-    if not 0 < len(falls) <= _MAX_RUNS or lengths.min() < _MIN_RUN or (time[present[falls]] > near).any():
+    if not 0 < len(falls) <= _MAX_RUNS or lengths[1:].min() < _MIN_RUN or (time[present[falls]] > near).any():
+        return [0]
+    far = near - time[present[falls[0]]] > 2.0 * _NEAR_START * np.ptp(time[present])
+    if lengths[0] < _MIN_RUN and (lengths[0] < _MIN_REST or far):  # the clock starts again after a short rest
         return [0]
     if (time[present[falls + 1]] >= time[present[falls - 1]]).any():  # one wrong time, after which the clock continues
         return [0]
     return [0, *present[falls].tolist()]
 
 
-def _label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[str, np.ndarray]]:
+def _label_groups(
+    table: Table, quantities: Mapping[str, Column], shown: Mapping[str, Column]
+) -> list[tuple[str, np.ndarray]]:
     """The recordings that the labels in a table distinguish.
 
     Parameters
     ----------
     table : Table
         The table.
-    quantities : mapping
-        Quantity -> its column.
+    quantities, shown : mapping
+        As ``quantities`` of ``runs_of``, and these with further ones.
 
     Returns
     -------
@@ -212,6 +219,8 @@ def _label_groups(table: Table, quantities: Mapping[str, Column]) -> list[tuple[
             return []
         others = _free(table, quantities, [k for k in range(len(table.headers)) if k not in named])
         columns = {k: v for k, v in _varying(table, others).items() if _starts_again(order, v, timed)}
+        depth, force = (values_of(table, shown.get(each)) if columns else np.empty(0) for each in ("depth", "force"))
+        columns = {k: v for k, v in columns.items() if not (timed and _are_phases(v, depth, force))}
     return _grouped(table, columns)
 
 
@@ -259,11 +268,7 @@ def _label_values(table: Table, index: int, fill: bool = False) -> np.ndarray | 
 
     With ``fill`` a row without a label has that of the row above, as in merged cells.
     """
-    if index not in table.text_columns:
-        try:
-            values = table.numbers(index)
-        except InputError:
-            return _texts(table, index, fill)
+    if index not in table.text_columns and len(values := table.readable(index)):
         return _whole(_filled(values, ~np.isnan(values)) if fill else values)
     return _texts(table, index, fill)
 
@@ -290,11 +295,7 @@ def _filled(values: np.ndarray, present: np.ndarray) -> np.ndarray:
 def _order_of(table: Table, quantities: Mapping[str, Column]) -> tuple[np.ndarray, bool]:
     """The time of each row, or without one the depth, and whether it is the time; empty without either."""
     column = quantities.get("time") or quantities.get("depth")
-    timed = "time" in quantities
-    try:
-        return (np.empty(0) if column is None else table.numbers(column.index)), timed
-    except InputError:
-        return np.empty(0), timed
+    return values_of(table, column), "time" in quantities
 
 
 def _starts_again(order: np.ndarray, values: np.ndarray, timed: bool) -> bool:
@@ -305,6 +306,12 @@ def _starts_again(order: np.ndarray, values: np.ndarray, timed: bool) -> bool:
     if timed:
         return bool((order[at] < order[at - 1]).all())
     return bool((np.abs(order[at] - order[0]) < np.abs(order[at] - order[at - 1])).all())
+
+
+def _are_phases(values: np.ndarray, depth: np.ndarray, force: np.ndarray) -> bool:
+    """Whether a recording continues where a label changes, as from segment to segment."""
+    starts = [0, *(np.flatnonzero(values[1:] != values[:-1]) + 1).tolist()]
+    return len(depth) == len(values) and len(_joined_phases(starts, depth, force)) < len(starts)
 
 
 def _grouped(table: Table, columns: Mapping[int, np.ndarray]) -> list[tuple[str, np.ndarray]]:

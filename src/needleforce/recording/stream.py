@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """One file as quantities in SI on one clock: columns, values, order and units are processed in this order."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..files import file_name
 from .assumed_motion import AssumedMotion
 from .quantities import dimension
-from .recording import Note
+from .recording import COLUMNS, Card, Note, Recording
 from .roles import Column, Roles
 from .samples import MOTION, UNEVEN_SHARE, Samples, check_count, drop_incomplete, load, put_in_order, split_motion
 from .stated import Stated, stated_by
@@ -39,6 +39,12 @@ class Stream:
     assumptions: list[str]
     notes: list[Note]
     motion: "Stream | None" = None
+
+    def recording(self, card: Card, notes: Iterable[Note]) -> Recording:
+        """The recording of complete quantities; ``notes`` are those of its file, before its own."""
+        values = dict(self.values)
+        main = {quantity: values.pop(quantity) for quantity in COLUMNS}
+        return Recording(**main, axes=values, card=card, notes=tuple(dict.fromkeys([*notes, *self.notes])))
 
 
 def read_stream(

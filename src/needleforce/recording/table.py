@@ -105,6 +105,13 @@ class Table:
         """A column as (n,) float64, NaN where a value is missing. Raises InputError for one that holds no numbers."""
         return self.read([index])[0][0]
 
+    def readable(self, index: int) -> np.ndarray:
+        """As ``numbers``, empty for a column that holds no numbers."""
+        try:
+            return self.numbers(index)
+        except InputError:
+            return np.empty(0)
+
     def read(self, indices: Iterable[int]) -> tuple[list[np.ndarray], bool]:
         """Columns as (n,) float64 each, and whether every row certainly has all its cells.
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit
 
-from .contact import Onset, exit_depth, only_drift, onset, returned
+from .contact import MAX_DRIFT_SHARE, Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
 from .fall_location import LocatedDrop, lasting_share, locate, rupture_share, unslowed_share
 from .punctures import FALSE_ALARMS, block_noise, drop_candidates
@@ -20,6 +20,7 @@ MAX_GRADUAL_TRAVEL_M = 1e-3  # [m] travel of the most gradual rupture that is se
 NEGLIGIBLE_DRIFT_SHARE = 1e-3  # of the maximum force: a smaller drift is not corrected
 MIN_LOAD_SIGMA = 8.0  # [sd] range of blocks beyond which the force before the contact may be a load
 MIN_RISE_RATIO = 3.0  # of the duration of a rise before a fall over that of the fall, if the stroke begins in contact
+HILL_FALLS = (0.1, 0.8)  # of the rise to a rounded maximum in contact, before a further rise: a hum falls back
 SPEED_REACH = 4  # gradual ruptures within which the speed may be back after a fall, and the force is not
 LASTING_SHARE = 0.5  # of a fall beyond the pull-backs and rests in it: with less it is theirs
 MIN_HALF_WAVES = 5  # of a regular oscillation; two layers with a puncture each have four
@@ -120,11 +121,24 @@ def _loaded_before(cut: Cut, depth: np.ndarray, free: int, allowed: DetectionLim
     white = block_noise(before.force, 0, allowed.quantum, before.size).white
     if len(before) < 2 * MIN_RUPTURE_SAMPLES or np.ptp(before.force) < MIN_LOAD_SIGMA * white:
         return False
+    if _has_a_hill(before.force, float(cut.blocks.force.max()), white):
+        return True
     return any(
         _rises_until(before.force[: drop.candidate.first + 1], drop.drop)
         and drop.candidate.first > MIN_RISE_RATIO * _blocks_of(drop, before)
         for drop in _drops(replace(cut, blocks=before), depth, 0, float(before.force.min()), allowed)
     )
+
+
+def _has_a_hill(force: np.ndarray, peak: float, white: float) -> bool:
+    """Whether the (m,) force of supposed free travel rises from its start to a rounded maximum and falls again, but
+    never back: by a tenth of the ``peak`` of the stroke, as no drift does; hum and noise come back."""
+    smooth = np.convolve(force, np.full(MIN_RUPTURE_SAMPLES, 1.0 / MIN_RUPTURE_SAMPLES), "valid")
+    top = int(smooth.argmax())
+    rise, fall = float(smooth[top] - force[:2].mean()), float(smooth[top] - smooth[top:].min())
+    high = rise > max(MIN_LOAD_SIGMA * white, MAX_DRIFT_SHARE * (peak - float(force[:2].mean())))
+    low, high_fall = (share * rise for share in HILL_FALLS)
+    return high and top >= MIN_RUPTURE_SAMPLES and max(MIN_LOAD_SIGMA * white, low) < fall < high_fall
 
 
 def _rises_until(force: np.ndarray, drop: float) -> bool:

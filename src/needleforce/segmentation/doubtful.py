@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What keeps a recording from being segmented, and what is doubtful in an insertion: jumps of the depth, stops, a force
-that is cut off, a zero that drifts."""
+"""What keeps a recording from being segmented, why it has no contact, and what is doubtful in an insertion: jumps of
+the depth, stops, a force that is cut off, a zero that drifts or steps."""
 
 import numpy as np
 
 from .. import core
+from ..display.quantities import percent, plain
+from ..recording.force_signal import glitches, spikes
 from .cycle_events import CycleEvents
-from .strokes import Blocks, blocks
+from .strokes import MIN_RANGE_M, Blocks, blocks
+
+WITHDRAWN_ONLY = "The depth only decreases: the needle is withdrawn, and there is no insertion."
 
 JUMP_RATIO = 20.0  # of a step of the depth over the 95th percentile of its steps
 MIN_JUMP_SHARE = 0.05  # of the depth's range
@@ -15,11 +19,19 @@ REST_SHARE = 1e-3  # of the depth's range: a block with less travel is at rest
 MIN_STOP_S = 0.2  # [s] a shorter stop is part of the motion
 NOTED_SIGMA = 10.0  # [sd of the noise] change of the force at rest, or of its zero, that is noted,
 NOTED_SHARE = 0.1  # if it is at least this share of the largest force
+SATURATED = "the sensor may be saturated."
 MIN_CLIPPED = 5  # samples at exactly the largest force
 CLIPPED_STEPS = 8.0  # quanta or standard errors that the force rose over as many samples before
 SAME_DEPTH_SHARE = 0.05  # of the depth's range, from the start of the insertion
 MAX_ALTERNATION_SHARE = 0.05  # of the depth's range: a needle does not jump back and forth by more at every sample
 MIN_ORDERED = 50  # samples of a depth whose order is judged
+DEAD_SHARE = 0.98  # of the samples with one value: even a coarse sensor shows an insertion in more of them
+MIN_LEVEL, MAX_LEVEL = 5, 20  # samples of a steady level
+STEPS_TRIED = 5  # the largest changes between two samples
+STEP_GAP = 3  # samples on either side of a step, which a filter makes gradual
+STEP_QUANTA, STEP_SHARE = 3.0, 0.02  # of the sensor, and of the range of the force: a smaller step is drift
+STEP_SIGMA = 10.0  # [sd of the level] of a step: white noise makes none in 1e12 recordings
+NEGATIVE_RATIO = 3.0  # of the largest force below zero to that above
 
 
 def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
@@ -34,6 +46,75 @@ def unreadable(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
     if size > 0.0 and core.noise_exceeds(depth, MAX_ALTERNATION_SHARE * size):
         return "The depth jumps back and forth from sample to sample: are the samples in the wrong order?"
     return ""
+
+
+def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, quantum: float, *, moved: bool) -> str:
+    """Why there is no contact in (n,) time, depth and force: the needle did not move inwards, or the force does not
+    show it."""
+    if not moved:
+        withdrawn = len(depth) > 2 and depth[0] - depth[-1] > 0.5 * float(np.ptp(depth)) > 0.0
+        if withdrawn:
+            return WITHDRAWN_ONLY
+        if len(depth) and 0.0 < (span := float(np.ptp(depth))) <= MIN_RANGE_M:
+            small = (
+                f"The depth changes by {plain(span, 'm')}, and events are searched from {plain(MIN_RANGE_M, 'm')} on"
+            )
+            return f"{small}. For an indentation use needleforce indentation."
+        return "The depth never increases: the needle does not move inwards."
+    found = glitches(force)
+    if len(found):
+        return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
+    cause = _dead(force) or baseline_step(time, force, quantum) or _negative(force)
+    return cause or "The force never exceeds the noise of its baseline: there is no contact."
+
+
+def _dead(force: np.ndarray) -> str:
+    """A sentence if almost all of the (n,) force has one value."""
+    usual = float(np.median(force))
+    share = float(np.mean(force == usual))
+    if share <= DEAD_SHARE:
+        return ""
+    samples = "all samples" if share == 1.0 else f"{percent(share)} of the samples"
+    return (
+        f"The force is constant, {plain(usual, 'N')} in {samples}: there is no contact, or the channel is dead. Check "
+        "the sensor, and which column is the force."
+    )
+
+
+def baseline_step(time: np.ndarray, force: np.ndarray, quantum: float, stop: int | None = None) -> str:
+    """A sentence if the (n,) force steps, before the sample ``stop``, from the level where it begins to another, as
+    that of a sensor that is zeroed."""
+    min_step = max(STEP_QUANTA * quantum, STEP_SHARE * float(np.ptp(force)))
+    force = force[:stop]
+    size = min(MAX_LEVEL, len(force) // 4)
+    if size < MIN_LEVEL:
+        return ""
+    level, spread, steps = core.median(force[:size]), float(force[:size].std()), np.abs(np.diff(force))
+    largest = np.argpartition(steps, -min(STEPS_TRIED, len(steps)))[-STEPS_TRIED:] + 1
+    for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
+        after = force[at + STEP_GAP :][:size]
+        change = core.median(after) - level
+        if abs(change) <= max(min_step, STEP_SIGMA * spread, STEP_SIGMA * float(after.std())):
+            continue
+        if float(np.ptp(force[: at - STEP_GAP])) < 0.5 * abs(change):
+            return (
+                f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the "
+                "baseline changes, as if the sensor was zeroed while it recorded. Leave out what is before, with "
+                "--first-row or Recording.between, or record again."
+            )
+    return ""
+
+
+def _negative(force: np.ndarray) -> str:
+    """A sentence if the force goes below its first value beyond its noise, and is mostly below zero."""
+    low, high = float(force.min()), float(force.max())
+    noise = core.second_difference_noise(np.ascontiguousarray(force, float))
+    if float(force[0]) - low <= STEP_SIGMA * noise or -low <= NEGATIVE_RATIO * high:
+        return ""
+    return (
+        f"The force is negative, down to {plain(low, 'N')}: a force that opposes the insertion is positive. Reverse "
+        "its sign, with --unit force=-N, if it was pressed."
+    )
 
 
 def doubtful(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, quantum: float) -> list[str]:
@@ -94,22 +175,30 @@ def _pause(time: np.ndarray, depth: np.ndarray, first: int, last: int, stop: int
     return f"The depth stands for {duration} at {where} during the insertion: a pause, or a motor that stalls."
 
 
-def _clipped(depth: np.ndarray, force: np.ndarray, quantum: float, noise: float) -> str:
-    """A note on a force that stays at exactly its largest value although the travel would have raised it further: by
-    more than its noise, and by two steps, as rounding hides one before and one after."""
+def saturated(depth: np.ndarray, force: np.ndarray, quantum: float, noise: float) -> tuple[int, int] | None:
+    """The first and the number of samples of a force that stays at exactly its largest value although the travel would
+    have raised it further: by more than its noise, and by two steps, as rounding hides one before and one after."""
     top = float(force.max())
     edges = np.flatnonzero(np.diff(np.concatenate(([False], force == top, [False])).astype(int)))
     lengths = edges[1::2] - edges[::2]
     first, count = int(edges[2 * int(np.argmax(lengths))]), int(lengths.max())
     begin = max(first - count, 0)
     if min(count, first - begin) < MIN_CLIPPED or not max(quantum, noise) > 0.0:
-        return ""
+        return None
     risen = top - float(force[begin : begin + max((first - begin) // 4, 1)].mean())
     before, meanwhile = float(depth[first] - depth[begin]), float(depth[first : first + count].max() - depth[first])
     expected = risen * min(meanwhile / before, 1.0) if before > 0.0 else risen
     if expected < max(2.0 * quantum, CLIPPED_STEPS * max(quantum, noise) / (first - begin) ** 0.5):
+        return None
+    return first, count
+
+
+def _clipped(depth: np.ndarray, force: np.ndarray, quantum: float, noise: float) -> str:
+    found = saturated(depth, force, quantum, noise)
+    if found is None:
         return ""
-    return f"The force stands at exactly its maximum of {top:.4g} N for {count} samples: the sensor may be saturated."
+    stands = f"The force stands at exactly its maximum of {force.max():.4g} N for {found[1]} samples"
+    return f"{stands}: {SATURATED}"
 
 
 def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> str:

@@ -8,16 +8,15 @@ from numbers import Integral
 import numpy as np
 
 from .. import core
-from ..display.quantities import percent, plain
 from ..errors import InputError
-from ..recording.force_signal import glitches, outliers, quantum_of, spikes, without_outliers
+from ..recording.force_signal import outliers, quantum_of, without_outliers
 from ..recording.source import RecordingSource, recording_of
 from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
-from .doubtful import doubtful, unreadable
+from .doubtful import baseline_step, doubtful, no_contact, unreadable
 from .events import Events, Span
-from .strokes import MIN_RANGE_M, cycles, insertions
+from .strokes import cycles, insertions
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -25,18 +24,11 @@ NO_PUNCTURE = "There is no puncture."
 NO_EXIT_TENSION = "The needle is back at the contact depth, but no tension during withdrawal shows the exit."
 NOT_AT_BASELINE = "The needle is back at the contact depth, but the force is not at its baseline: no exit is found."
 WITHDRAWAL_INCOMPLETE = "The withdrawal ends below the contact depth: the recording is incomplete."
-WITHDRAWN_ONLY = "The depth only decreases: the needle is withdrawn, and there is no insertion."
 LITTLE_FREE_TRAVEL = "There is too little free travel before the contact: its depth is uncertain."
 IN_CONTACT = (
     "The recording begins in contact, or just before it: the contact is not later than given, and the zero of the "
     "force is not shown."
 )
-DEAD_SHARE = 0.98  # of the samples with one value: even a coarse sensor shows an insertion in more of them
-MIN_LEVEL, MAX_LEVEL = 5, 20  # samples of a steady level
-STEPS_TRIED = 5  # the largest changes between two samples
-STEP_GAP = 3  # samples on either side of a step, which a filter makes gradual
-STEP_SIGMA = 10.0  # [sd of the level] of a step: white noise makes none in 1e12 recordings
-NEGATIVE_RATIO = 3.0  # of the largest force below zero to that above
 MAX_RUPTURE_TRAVEL_M = 1.0  # [m] largest travel of a rupture that may be given
 
 
@@ -109,13 +101,13 @@ def segment(
     spans = phases(time, touching)
     remarks = _outlier_note(spikes_at)
     if not touching:
-        notes = (no_contact(time, depth, force, bool(found)), *remarks)
+        notes = (no_contact(time, depth, force, quantum, moved=bool(found)), *remarks)
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
     first = next((number for number, each in enumerate(touching) if each.punctures), 0)
     chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
-    if step := _baseline_step(clean[: np.searchsorted(time, chosen.contact.time)]):
-        remarks += (_step_sentence(time, clean, step),)
+    if step := baseline_step(time, clean, quantum, stop=int(np.searchsorted(time, chosen.contact.time))):
+        remarks += (step,)
     reason = () if chosen.punctures else (NO_PUNCTURE,)
     return Events(
         contact=chosen.contact,
@@ -199,77 +191,6 @@ def check(crossing: float, drop: float, within: float, cycle: int) -> None:
     if not isinstance(cycle, Integral) or cycle < 0:
         limit = "an integer of at least 0 is needed"
         raise InputError("cycle", repr(cycle), limit, "segment", "Give 0 for the first insertion.")
-
-
-def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, moved: bool) -> str:
-    """Why there is no contact: the needle did not move inwards, or the force does not show it."""
-    if not moved:
-        withdrawn = len(depth) > 2 and depth[0] - depth[-1] > 0.5 * float(np.ptp(depth)) > 0.0
-        if withdrawn:
-            return WITHDRAWN_ONLY
-        if len(depth) and 0.0 < (span := float(np.ptp(depth))) <= MIN_RANGE_M:
-            small = (
-                f"The depth changes by {plain(span, 'm')}, and events are searched from {plain(MIN_RANGE_M, 'm')} on"
-            )
-            return f"{small}. For an indentation use needleforce indentation."
-        return "The depth never increases: the needle does not move inwards."
-    found = glitches(force)
-    if len(found):
-        return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
-    step = _baseline_step(force)
-    cause = _dead(force) or (_step_sentence(time, force, step) if step else "") or _is_negative(force)
-    return cause or "The force never exceeds the noise of its baseline: there is no contact."
-
-
-def _dead(force: np.ndarray) -> str:
-    """A sentence if almost all of the (n,) force has one value."""
-    usual = float(np.median(force))
-    share = float(np.mean(force == usual))
-    if share <= DEAD_SHARE:
-        return ""
-    samples = "all samples" if share == 1.0 else f"{percent(share)} of the samples"
-    return (
-        f"The force is constant, {plain(usual, 'N')} in {samples}: there is no contact, or the channel is dead. Check "
-        "the sensor, and which column is the force."
-    )
-
-
-def _baseline_step(force: np.ndarray) -> int:
-    """The sample at which the force steps from the level where it begins to another, as of a sensor that is zeroed; 0
-    without such a step."""
-    size = min(MAX_LEVEL, len(force) // 4)
-    if size < MIN_LEVEL:
-        return 0
-    level, spread, steps = core.median(force[:size]), float(force[:size].std()), np.abs(np.diff(force))
-    largest = np.argpartition(steps, -min(STEPS_TRIED, len(steps)))[-STEPS_TRIED:] + 1
-    for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
-        after = force[at + STEP_GAP :][:size]
-        change = abs(core.median(after) - level)
-        if STEP_SIGMA * spread < change and STEP_SIGMA * float(after.std()) < change:
-            if float(np.ptp(force[: at - STEP_GAP])) < 0.5 * change:
-                return at
-    return 0
-
-
-def _step_sentence(time: np.ndarray, force: np.ndarray, at: int) -> str:
-    change = float(np.median(force[at + STEP_GAP :][:MAX_LEVEL]) - np.median(force[: at - STEP_GAP]))
-    return (
-        f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the baseline "
-        "changes, as if the sensor was zeroed while it recorded. Leave out what is before, with --first-row or "
-        "Recording.between, or record again."
-    )
-
-
-def _is_negative(force: np.ndarray) -> str:
-    """A sentence if the force goes below its first value beyond its noise, and is mostly below zero."""
-    low, high = float(force.min()), float(force.max())
-    noise = core.second_difference_noise(np.ascontiguousarray(force, float))
-    if float(force[0]) - low <= STEP_SIGMA * noise or -low <= NEGATIVE_RATIO * high:
-        return ""
-    return (
-        f"The force is negative, down to {plain(low, 'N')}: a force that opposes the insertion is positive. Reverse "
-        "its sign, with --unit force=-N, if it was pressed."
-    )
 
 
 def status_of(chosen: CycleEvents, count: int, depth: np.ndarray, force: np.ndarray) -> tuple[Status, tuple[str, ...]]:

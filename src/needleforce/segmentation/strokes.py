@@ -49,6 +49,15 @@ def reversals(depth: np.ndarray, min_travel: float) -> list[int]:
     return core.reversals(depth, min_travel)
 
 
+def deepest_sample(depth: np.ndarray, force: np.ndarray) -> int:
+    """The sample at which the stroke inwards ends: of those at the largest (n,) depth, which a rounded depth has
+    several of, the one with the largest force [N]; in a rest there the force only falls."""
+    first = int(depth.argmax())
+    other = np.flatnonzero(depth[first:] != depth[first])
+    stay = slice(first, first + int(other[0]) if len(other) else len(depth))
+    return first + int(np.abs(force[stay]).argmax())
+
+
 def cycles(time: np.ndarray, depth: np.ndarray) -> tuple[Cycle, ...]:
     """The insertions in (n,) time [s] and depth [m], in order of time; empty if the needle does not move inwards.
 

@@ -112,14 +112,12 @@ class Unicycle:
     def _sample(self, status: str) -> KinematicSample:
         depth = self._base[0] if self._base else 0.0
         later = [piece for piece in self._pieces if piece.start < depth]
-        frame = later[-1].frame_at(depth) if later else self._first() @ _screw(np.zeros(3), depth - self._start())
+        if later:
+            frame = later[-1].frame_at(depth)
+        else:
+            start, first = (self._pieces[0].start, self._pieces[0].frame) if self._pieces else self._end
+            frame = first @ _screw(np.zeros(3), depth - start)
         return KinematicSample(frame[:3, 3] + self.ahead * frame[:3, 2], frame[:3, 2].copy(), status)
-
-    def _first(self) -> np.ndarray:
-        return self._pieces[0].frame if self._pieces else self._end[1]
-
-    def _start(self) -> float:
-        return self._pieces[0].start if self._pieces else self._end[0]
 
 
 class Bicycle(Unicycle):

@@ -103,7 +103,7 @@ def read_shapes(file: str | PathLike, *, unit: str | None = None) -> list[Needle
     if missing := [name for name in _WANTED if name not in found]:
         step = "Name them x_mm, y_mm, z_mm and depth_mm."
         raise InputError("columns", ", ".join(table.headers), f"{missing[0]} is missing", str(file), step)
-    series = {name: _lengths(table, column_at(table, name, found[name][-1]), unit) for name in _WANTED}
+    series = {name: _lengths(table, column_at(table, name, found[name][-1]), unit) for name in found if name != "label"}
     labels = [table.texts(k) for k in found.get("label", ())]
     keys = list(zip(*labels, series["depth"])) if labels else [(depth,) for depth in series["depth"]]
     return [_shape(key, series, keys, str(file)) for key in dict.fromkeys(keys)]

@@ -139,12 +139,8 @@ def _of_toml(text: bytes) -> Calibration:
     unit = np.array([_unit_factor(file.force_unit, "force")] * 3 + [_unit_factor(file.torque_unit, "torque")] * 3)
     matrix = np.array(file.matrix, dtype=float)
     if matrix.shape != (GAUGES, GAUGES) or len(file.ratings) != GAUGES:
-        raise InputError(
-            "calibration matrix",
-            f"of shape {matrix.shape}",
-            "six rows of six numbers, six ratings",
-            next_step=_NEXT_STEP,
-        )
+        limit = "six rows of six numbers, six ratings"
+        raise InputError("calibration matrix", f"of shape {matrix.shape}", limit, next_step=_NEXT_STEP)
     ratings = tuple(float(rating) for rating in unit * np.array(file.ratings))
     bias = np.array(file.bias_V, dtype=float)
     return Calibration(unit[:, None] * matrix, bias, file.full_scale_V, file.serial, ratings)

@@ -150,7 +150,9 @@ class StandardInput:
         time_ns = (others["time"] * _SECOND).astype(np.int64).tolist() if "time" in others else [now] * len(rows)
         first = self._next
         self._next += len(rows)
-        numbers = self._unwrapped(others["sequence"], now) if "sequence" in others else range(first, self._next)
+        numbers = range(first, self._next)
+        if "sequence" in others:
+            numbers = [self._counter.number(int(counter), now) for counter in others["sequence"]]
         fresh = [self._is_fresh(n, device) for n, device in zip(numbers, time_ns)]
         if self.axis:
             self.axis.add(others, time_ns, now)
@@ -168,9 +170,6 @@ class StandardInput:
         fresh = number > newest_number and (device > newest_time or not has_time)
         self._newest = max(number, newest_number), max(device, newest_time)
         return fresh
-
-    def _unwrapped(self, counters: np.ndarray, now: int) -> list[int]:
-        return [self._counter.number(int(counter), now) for counter in counters]
 
     def _check_share(self) -> None:
         few = self.lines < _MIN_LINES and not self._ended

@@ -17,7 +17,7 @@ from ...checks import instance_of
 from ...errors import InputError
 from ...files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ...models.model import Model
-from ...models.solid_engine import contact_warnings
+from ...models.validity import contact_warnings
 from .needle_path import Body, NeedlePath, check_resolved, check_thickness
 
 MAX_NODES = 64

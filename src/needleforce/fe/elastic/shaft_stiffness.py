@@ -109,8 +109,8 @@ def _check(lengths: np.ndarray, radius: float, wide: float, deep: float) -> None
         limit = f"must be at least four radii, {4e3 * radius:g} mm"
         raise InputError("depth", f"{1e3 * lengths.min():g} mm", limit, next_step="Give embedded lengths in m.")
     if not (deep > lengths.max() and wide > 2.0 * radius):
-        raise InputError(
-            "block",
+        size, limit = (
             f"{1e3 * wide:g} mm wide and {1e3 * deep:g} mm deep",
             f"the shaft is {1e3 * lengths.max():g} mm deep",
         )
+        raise InputError("block", size, limit)

@@ -142,7 +142,7 @@ class DynamicInsertion:
             If a depth is not finite or beyond the path, or a target is outside the mesh.
         """
         depths, places = self._depths(depths), _places(targets)
-        readout = self._readout(places)
+        readout = self.model.values_at(places) if places.size else np.zeros((0, self.model.count))
         state, rows = start or self.start(), []
         for depth in depths:
             before, state = state, self.step(state, depth)
@@ -156,10 +156,6 @@ class DynamicInsertion:
             time=self.dt * np.arange(1, len(depths) + 1), depth=depths, force=force, tip_force=tip_force, tip=tip,
             friction=friction, dragged=dragged, targets=moved, energy=_energy(ledger), end=state,
         )  # fmt: skip
-
-    def _readout(self, places: np.ndarray) -> Any:
-        """Matrix from unknowns to displacements of the targets."""
-        return self.model.values_at(places) if places.size else np.zeros((0, self.model.count))
 
     def _depths(self, depths: ArrayLike) -> np.ndarray:
         array, end = np.asarray(depths, dtype=float), self.path.depth

@@ -85,8 +85,8 @@ class LayeredFit(Fit):
     population_contact: float = 0.0
     surface: float = 0.0
 
-    def predict(self, recording: Recording, events: Events | None = None) -> np.ndarray:
-        """As ``Fit.predict``: the mean force over the scatter of the rupture depths, which errs least.
+    def _predicted(self, recording: Recording, events: Events | None) -> np.ndarray:
+        """As of a ``Fit``: the mean force over the scatter of the rupture depths, which errs least.
 
         With ``events`` a layer ruptures at the puncture that plausibly is its own, by depth and drop; a layer without
         one keeps its scatter. Forces change with the power ``speed_exponent`` of the insertion's speed if it was
@@ -94,7 +94,7 @@ class LayeredFit(Fit):
         """
         self.identified_model()
         if self.expectation is None:
-            return self._speed_factor(recording) * super().predict(recording, events)
+            return self._speed_factor(recording) * super()._predicted(recording, events)
         shift = self.ruptures.shift(events)
         own = () if events is None else self.ruptures.assigned(recorded_punctures(events, recording), shift)
         dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)

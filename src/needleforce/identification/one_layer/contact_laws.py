@@ -27,7 +27,8 @@ STARTS = np.linspace(0.05, 0.95, 5)  # [of the range of contacts]
 NODES, ROUNDS = 15, 5  # contacts of each law's profile, and times that they are narrowed to those with weight
 MAX_LOG_RATIO = 12.0  # a contact with less weight has none
 FITTED = 4.0  # that a fit takes from the residual: amplitude, zero, contact, shape
-MAX_HIDDEN = 0.5  # [of the indentation] before a force in steps shows a contact
+MAX_HIDDEN = 0.5  # [of the indentation] before the force shows a contact
+STEEPEST, SEGMENTED = 3.0, 2.0  # exponents of the loading curve: the largest here, and that of the segmentation's range
 HELD = 1e-9  # [indentations] range of a contact that is held
 
 
@@ -116,9 +117,10 @@ class Loading:
 def loading_of(single: SegmentedRecording) -> Loading | None:
     """The loading curve of one recording in bins; None with too few samples in contact.
 
-    The range of contacts is that of segmentation: from the last sample that is certainly free to the first that is
-    certainly in contact, for forces that rise with a power of 1 to 2. A recording that begins in contact has no lower
-    end: there it is one indentation long.
+    The range of contacts is that of segmentation, from the last sample that is certainly free to the first that is
+    certainly in contact for forces that rise with a power of 1 to 2, extended to a power of 3: such a force is hidden
+    in the noise over more of the indentation. A recording that begins in contact has no lower end: there it is one
+    indentation long.
     """
     strokes, contact = single.strokes, single.events.contact
     used = loading_samples(single.recording, strokes, single.events)
@@ -130,6 +132,9 @@ def loading_of(single: SegmentedRecording) -> Loading | None:
     deepest, step = float(depth.max()), single.force_step
     if single.events.baseline is None:
         low = high - (deepest - high)
+    else:
+        hidden = min(((high - low) / (deepest - low)) ** (SEGMENTED / STEEPEST), MAX_HIDDEN)
+        low = min(low, (high - hidden * deepest) / (1.0 - hidden))
     if step > 0.0:  # up to half a step, a rising force reads as the zero
         hidden = min(math.sqrt(0.5 * step / max(float(np.ptp(force)), step)), MAX_HIDDEN)
         low = min(low, (low - hidden * deepest) / (1.0 - hidden))

@@ -63,6 +63,8 @@ class CycleOptions:
     puncture_window: tuple[float, float] | None = None
     depth_noise: float = 0.0
     drift: DriftEffect | None = None
+    jumps: bool = False
+    """At the puncture the tip jumps, as behind a machine that yields: it is punctured where the jump begins."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -222,6 +224,9 @@ class CycleEstimates:
             self.covariance = self.covariance + np.outer(change, change)
         sse, count = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
         self.variance = sse / count
+        self.depth = strokes[0].copy()  # in which a jump is no travel
+        if options.jumps:
+            self.depth[self.before] = self.depth[self.before - 1] + float(np.median(np.diff(self.depth)))
 
     def _jacobian(self) -> np.ndarray:
         """Derivatives (p, n_in + n_out) of the force of both strokes by the parameters in ``order``."""
@@ -253,7 +258,7 @@ class CycleEstimates:
         rows += profile["first_gain"]
         values, low, high = self._estimates(rows, weights)
         low["saturation_depth"] = min(low["saturation_depth"], self.found["unknowns"][4])
-        smear, depth = self.filter_length // 2, self.strokes[0]
+        smear, depth = self.filter_length // 2, self.depth
         first, last = max(int(rows.min()) - 1 - smear, 0), min(int(rows.max()) + smear, len(depth) - 1)
         margin = TWO_SIDED * self.depth_noise
         ends = depths_between(depth, first, last)
@@ -311,7 +316,7 @@ class CycleEstimates:
         between force and model around the step is the drop times the error of the place of the step, minus the change
         of slope times length² / 24 at the ends.
         """
-        depth, before, length = self.strokes[0], self.before, self.filter_length
+        depth, before, length = self.depth, self.before, self.filter_length
         middle, gap = 0.5 * float(depth[before - 1] + depth[before]), float(depth[before] - depth[before - 1])
         drop = self._drop(middle)
         if length == 1 or not drop > 0.0:
@@ -335,7 +340,7 @@ class CycleEstimates:
         Behind a filter: from the noise of the area around the step, over the summed samples minus a third of the
         filter's length, and from the loading curve there, whose force has the variance ``by_law`` [N²].
         """
-        depth, length = self.strokes[0], self.filter_length
+        depth, length = self.depth, self.filter_length
         before, after = depth[rows - 1], depth[rows]
         if length > 1 and drop > 0.0:
             gap = float(after[0] - before[0])

@@ -21,7 +21,7 @@ from .deformation_fit import DeformationFit, fit_deformation
 from .gradual_fit import FirstLayer, fit_gradual
 from .loading_curves import FITS
 from .model_errors import widen_to_cover, with_misfit_below
-from .segmented_recording import SegmentedRecording, segmented, without_drift
+from .segmented_recording import STAGE, SegmentedRecording, segmented, without_drift
 from .sharp_rupture import end_of_layer
 from .staged_fit import agrees, fit_by_stages
 
@@ -91,16 +91,17 @@ def _answers(others: dict[str, Callable], law: str) -> dict[str, CycleFit]:
 
 def _retimed(single: SegmentedRecording) -> dict[str, SegmentedRecording]:
     """The recording as it is if the lag that it shows is one of the record, and if it is behind the filter that it
-    shows, by these causes: the depth belongs to the force at another time."""
-    recording, timing, found = single.recording, single.timing, {}
+    shows: the depth belongs to the force at another time; and other readings of it. By these causes."""
+    recording, timing = single.recording, single.timing
     declared = recording.card.filter_length
+    found = {cause: (each, filter_delay(each, declared)) for cause, each in single.readings.items()}
     if timing.lag is not None:
         found["lag"] = recording, filter_delay(recording, declared) + timing.lag.largest
     if timing.filter_length > 1:
         card = dataclasses.replace(recording.card, filter_length=timing.filter_length)
         delay = filter_delay(recording, timing.filter_length)
         found["filter"] = dataclasses.replace(recording, card=card), delay
-    return {cause: _at_depth(single, each, depth_before(recording, delay)) for cause, (each, delay) in found.items()}
+    return {cause: _at_depth(single, each, depth_before(each, delay)) for cause, (each, delay) in found.items()}
 
 
 def _at_depth(single: SegmentedRecording, recording: Recording, depth: np.ndarray) -> SegmentedRecording:
@@ -215,6 +216,7 @@ def _complete(
         filter_length=filter_length,
         depth_noise=strokes.depth_noise,
         drift=_drift_effect(single, strokes),
+        jumps=STAGE in single.recording.axes,
     )
     arrays = strokes.arrays
     first, count = single.events.punctures[0], len(single.events.punctures)

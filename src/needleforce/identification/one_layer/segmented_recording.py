@@ -2,6 +2,7 @@
 """One recording with its events, strokes, timing and the drift of its zero, as the fits use it."""
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -20,6 +21,7 @@ from .deformation_fit import DeformationFit
 from .force_zero import Drift, drift_of, free_samples
 
 MAX_SPAN = {"time": 1e7, "depth": 10.0, "force": 1e5}  # SI; no insertion has more
+STAGE = "stage_depth"  # of a recording whose depth is that of the tip behind a machine, its recorded depth [m]
 SPAN_UNITS = {"time": "s", "depth": "m", "force": "N"}
 
 
@@ -29,7 +31,7 @@ class SegmentedRecording:
 
     ``loading`` has each law's fit of the loading curve, ``law_notes`` its notes. The ``strokes`` have the ``drift`` of
     the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` has
-    a lag and a filter that is not declared.
+    a lag and a filter that is not declared. ``readings`` are the same samples as other errors of the model have them.
     """
 
     recording: Recording
@@ -42,6 +44,7 @@ class SegmentedRecording:
     loading: dict[str, DeformationFit] = field(default_factory=dict)
     law_notes: dict[str, tuple[str, ...]] = field(default_factory=dict)
     timing: Timing = field(default_factory=Timing)
+    readings: Mapping[str, Recording] = field(default_factory=dict)
     drift: Drift = field(default_factory=Drift)
     free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
 

@@ -37,6 +37,7 @@ _QUANTITIES = {
     "cutting_force_high_1mm_s": "cutting force at 1 mm/s, upper end",
     "implied_poisson_ratio": "implied Poisson ratio of the tissue",
     "presliding": "presliding: elastic travel before friction slides",
+    "machine_stiffness": "stiffness of sensor, holder and drive in series with the needle",
     "contact_stiffness": "slope of the contact where it saturates or ruptures",
     "top": "top of the layer, below the surface",
     "tissue_stiffness": "stiffness of the dragged tissue",

@@ -96,9 +96,6 @@ def _are_parts(table: Table, stamp: TimeStamp) -> bool:
     """Whether a column holds parts of a second, and not the same time in another unit."""
     if table.is_large:
         return True
-    try:
-        values = table.numbers(stamp.rest)
-    except InputError:
-        return False
+    values = table.readable(stamp.rest)
     values = values[np.isfinite(values)]
     return bool(len(values) and values.min() >= 0.0 and values.max() < stamp.per_second)

@@ -73,7 +73,7 @@ def _add_group(found: FileArrays, group: Any, root: list[tuple[str, str]]) -> No
     for channels, name in zip(tables, names):
         length, (step, start) = len(channels[0]), _step(channels[0])
         first = next((each for each in channels if _start(each) is not None), channels[0])
-        begins = f" from {_start(first)[-15:]}{f' + {start:g} s' if start else ''}" if _start(first) else ""
+        begins = f" from {_start(first)}{f' + {start:g} s' if start else ''}" if _start(first) else ""
         arrays = [_array(found.path, each) for each in channels]
         sampling = _sampling(channels[0].properties)
         if step and not any(_is_time(each) for each in channels):

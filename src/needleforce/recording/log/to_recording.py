@@ -14,7 +14,7 @@ from ..alignment import align
 from ..assumed_motion import AssumedMotion
 from ..card import check_filter_length
 from ..force_signal import glitch_notes, remove_bias
-from ..joining import INWARDS, derivative, differentiate, join, overlap, put_signs, signed
+from ..joining import INWARDS, derivative, differentiate, join, leave_out_beyond, put_signs, signed
 from ..motion_source import MotionSource
 from ..options import ReadOptions
 from ..quantities import AXES as RECORDING_AXES
@@ -284,26 +284,14 @@ def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units: Mapping
     velocity, changed = signed(time, depth, velocity)
     if changed:
         stream.assumptions.append("velocity is a speed without sign: it has the sign of the change of depth")
-    _interpolate(stream, time, depth, velocity)
-
-
-def _interpolate(stream: Stream, time: np.ndarray, depth: np.ndarray, velocity: np.ndarray) -> None:
-    before = len(stream.values["time"])
-    within = overlap(stream.values["time"], time, stream.place)
-    stream.values = {quantity: np.ascontiguousarray(values[within]) for quantity, values in stream.values.items()}
+    leave_out_beyond(stream, time, stream.place)
     at = stream.values["time"]
     stream.values |= {"depth": np.interp(at, time, depth), "velocity": np.interp(at, time, velocity)}
-    lost = before - len(at)
-    if lost:
-        message = f"{lost} samples of force are outside the motion's times and are left out"
-        stream.notes.append(Note("outside_motion", message, lost))
     if np.ptp(stream.values["depth"]) == 0.0:
         raise constant_depth("depth", stream.values["depth"][0], stream.place)
 
 
 def _recording(stream: Stream, card: Mapping[str, str], filter_length: int | None) -> Recording:
-    values = dict(stream.values)
-    main = {quantity: values.pop(quantity) for quantity in ("time", "depth", "velocity", "force")}
     length = filter_length or int(_number(card, "filter_length", stream.place, default=1))
     check_filter_length(length)
     read_card = Card(
@@ -313,8 +301,7 @@ def _recording(stream: Stream, card: Mapping[str, str], filter_length: int | Non
         filter_length=length,
         assumptions=tuple(dict.fromkeys([*_listed(card, "assumptions"), *stream.assumptions])),
     )
-    notes = (*_notes(card), *stream.notes)
-    return Recording(**main, axes=values, card=read_card, notes=tuple(dict.fromkeys(notes)))
+    return stream.recording(read_card, _notes(card))
 
 
 def _number(card: Mapping[str, str], key: str, place: str, default: float = 0.0) -> float:

@@ -257,7 +257,7 @@ class PhantomTissue:
         self._depth, self._deepest = depth, max(self._deepest, depth)
         self._max_step = max(self._max_step, abs(move))
         self._sliding = min(max(self._sliding + move / PRESLIDING, -1.0), 1.0)
-        if depth < 0.0 and move < 0.0 and self._first_ended:
+        if depth < 0.0 and move < 0.0 and self._pierced and not self._second:
             self._insertion, self._second = self._pierced_before(depth, dt), True
 
     def _pierced_before(self, depth: float, dt: float) -> Insertion:
@@ -266,11 +266,6 @@ class PhantomTissue:
         outside = np.linspace(self._start, depth, 2 + int(abs(depth - self._start) / self._max_step))
         insertion.run(outside, None, np.full(len(outside), dt))
         return insertion
-
-    @property
-    def _first_ended(self) -> bool:
-        """Whether the tissue is pierced and the insertion is still that of the first pass."""
-        return self._pierced and not self._second
 
 
 def phantom_site(seed: int, number: int) -> PhantomSite:

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Bending stiffness of a rod from three-point bending: of its elastic part, between slack and yielding or break."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..display.quantities import plain
+from ..errors import InputError
+from ..identification.statistics.curve_noise import CurveNoise, curve_noise
+from ..identification.statistics.evidence import Departure
+from ..identification.statistics.noise import TWO_SIDED, student_quantile
+from ..recording.force_signal import quantum_of
+from ..vocabulary import SMALLEST
+from .bending import MIN_READINGS, BendingFit, small_deflection_note
+from .elastica import three_point_load
+from .straight_part import MIN_PART_READINGS, StraightPart, straight_part
+from .stress_fit import inflation_of
+
+MIN_SEARCHED = 2 * MIN_PART_READINGS  # readings; of fewer all are used
+BROKEN = 0.5  # of the largest elastic force: less after it is a break
+PASSES = 4  # of the search: the slack bends the scale on which a large deflection is straight
+PIECES = 4  # of a part that no line describes, whose slopes are the interval
+MAX_SHARE = 0.5  # of the span: the end of the closed form
+
+
+def three_point_modulus(
+    force: ArrayLike, deflection: ArrayLike, span: float, second_moment: float | None = None
+) -> BendingFit:
+    """Young modulus of a rod from three-point bending, large deflections included.
+
+    Parameters
+    ----------
+    force, deflection : array_like
+        Force (n,) [N] at the middle of the span, and deflection there (n,) [m], while the load grows.
+    span : float
+        Distance of the supports [m]; the rod slides on them without friction.
+    second_moment : float, optional
+        Second moment of area I [m^4], such as ``needle.second_moment``; without it only E I is found.
+
+    Returns
+    -------
+    BendingFit
+        Without ``second_moment`` the moduli are NaN.
+
+    Raises
+    ------
+    InputError
+        With fewer than three readings, or no force that grows with the deflection.
+
+    Notes
+    -----
+    Least squares of F = E I ``three_point_load``((deflection - slack)/span)/span^2 over E I and slack, of the elastic
+    part alone (``straight_part``): readings before it are slack or a toe, those after it yield or follow a break.
+    Compliance of machine and supports, friction on the supports and their radius are not part of it: subtract the
+    first, and keep the deflection below a tenth of the span for the others. Residuals that are correlated widen the
+    interval as in ``fit_stress``, and so does the noise of the readings; where no part is straight, the interval is
+    that of the slopes of its quarters.
+    """
+    force, deflection = np.asarray(force, float), np.asarray(deflection, float)
+    if len(force) < MIN_READINGS:
+        raise InputError(
+            "number of bending readings", len(force), f"at least {MIN_READINGS} are needed", next_step="Give more."
+        )
+    order = np.argsort(deflection, kind="stable")
+    x, y = np.ascontiguousarray(deflection[order] / span), np.ascontiguousarray(force[order])
+    part, slack = _elastic_part(x, y)
+    found = _fitted(x[part.used], y[part.used], part, slack)
+    stiffness = span**2 * np.array([found.value, found.low, found.high])
+    modulus = stiffness / (math.nan if second_moment is None else second_moment)
+    used = np.zeros(len(y), bool)
+    used[order[part.used]] = True
+    fit = BendingFit(
+        young_modulus=float(modulus[0]),
+        low=float(modulus[1]),
+        high=float(modulus[2]),
+        bending_stiffness=float(stiffness[0]),
+        stiffness_low=float(stiffness[1]),
+        stiffness_high=float(stiffness[2]),
+        slack=found.slack * span,
+        small_deflection_modulus=found.small / 48.0 * float(modulus[0]) / found.value,
+        misfit=found.rms / float(np.abs(y).max()),
+        used=used,
+    )
+    notes = [*_notes(x * span, y, part), *(small_deflection_note(fit) if second_moment is not None else [])]
+    return replace(fit, notes=tuple(notes))
+
+
+def _straightened(share: np.ndarray) -> np.ndarray:
+    """Deflections over the span on the scale on which the force is a line."""
+    return np.sign(share) * three_point_load(np.minimum(np.abs(share), MAX_SHARE)) / 48.0
+
+
+def _elastic_part(x: np.ndarray, y: np.ndarray) -> tuple[StraightPart, float]:
+    """The elastic part and its slack over the span. Raises InputError without a force that grows."""
+    scale, slack = x, 0.0
+    part = StraightPart(first=0, last=len(x), slope=0.0, error=0.0, departure=Departure(ratio=0.0, limit=math.inf))
+    for _ in range(PASSES):
+        if len(y) >= MIN_SEARCHED:
+            part = straight_part(scale, y, _noise(x, y, part.slope))
+        slope, offset = np.polyfit(scale[part.used], y[part.used], 1)
+        if not slope > 0.0:
+            step = "Check the signs of the columns, or reverse one with --unit deflection=-mm."
+            raise InputError("force", "not growing with the deflection", next_step=step)
+        slack -= float(offset / slope)
+        scale = _straightened(x - slack)
+    return part, slack
+
+
+def _noise(x: np.ndarray, y: np.ndarray, slope: float) -> CurveNoise:
+    """The noise of the force with that of the deflection, such as its rounding."""
+    own, other = curve_noise(y, quantum_of(y)), curve_noise(x, 0.0)
+    return replace(own, deviations=np.hypot(own.deviations, slope * other.deviations))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Line:
+    """E I over the span squared [N], its interval, and by the formula for small deflections times 48; slack over the
+    span; root mean square of the residual [N]."""
+
+    value: float
+    low: float
+    high: float
+    small: float
+    slack: float
+    rms: float
+
+
+def _fitted(x: np.ndarray, y: np.ndarray, part: StraightPart, slack: float) -> _Line:
+    """E I and slack by least squares of the elastic part."""
+    from scipy.optimize import least_squares
+
+    slope = float(np.polyfit(x, y, 1)[0])
+    size = np.array([slope / 48.0, 1.0])
+
+    def residual(z: np.ndarray) -> np.ndarray:
+        return z[0] * size[0] * 48.0 * _straightened(x - z[1]) - y
+
+    found = least_squares(residual, [1.0, slack], xtol=1e-12, ftol=1e-14, gtol=1e-14)
+    left = found.fun
+    inflation = inflation_of([left], 2)
+    unit = float(np.linalg.inv(found.jac.T @ found.jac)[0, 0]) ** 0.5
+    spread = (2.0 * found.cost / (len(y) - 2) * inflation) ** 0.5
+    half = student_quantile(max(int(len(y) / inflation) - 2, 1)) * spread * unit
+    half = max(half, TWO_SIDED * part.error / max(part.slope, SMALLEST) * float(found.x[0]))
+    ends = float(found.x[0]) - half, float(found.x[0]) + half
+    slopes = list(part.near)
+    if part.departure.found:  # no part is straight: the stiffness is that of one of its pieces
+        place = _straightened(x - found.x[1])
+        pieces = zip(np.array_split(place, PIECES), np.array_split(y, PIECES))
+        slopes = [float(np.polyfit(*piece, 1)[0]) for piece in pieces]
+    ends = min([ends[0], *(each / slope for each in slopes)]), max([ends[1], *(each / slope for each in slopes)])
+    return _Line(value=float(found.x[0] * size[0]), low=float(ends[0] * size[0]), high=float(ends[1] * size[0]),
+                 small=slope, slack=float(found.x[1]), rms=float(np.sqrt(np.mean(left**2))))  # fmt: skip
+
+
+def _notes(deflection: np.ndarray, force: np.ndarray, part: StraightPart) -> list[str]:
+    """Sentences on the readings that are not of the elastic part, and on one that is not straight."""
+    count, notes = part.last - part.first, []
+    if part.departure.found:
+        notes.append(
+            f"No part of the curve is straight within its noise: the slow part of the residual is "
+            f"{part.departure.ratio**0.5:.3g} times what that explains. The interval holds the slopes of its quarters."
+        )
+    if count < len(force):
+        ends = " to ".join(plain(float(each), "m") for each in deflection[[part.first, part.last - 1]])
+        notes.append(f"The elastic part is used, {count} of {len(force)} readings, from {ends}, up to "
+                     f"{plain(float(force[part.used].max()), 'N')}.")  # fmt: skip
+    if part.near:
+        notes.append("The curve bends beyond it too: the interval holds the slopes next to it.")
+    elif part.first:
+        notes.append("Before it the rod is slack, or it seats.")
+    if part.last < len(force) and not part.near:
+        after = force[part.last :]
+        fallen = float(after.min()) < BROKEN * float(force[part.used].max())
+        notes.append("After it the force falls: the rod breaks or slips." if fallen else "After it the rod yields.")
+    return notes

@@ -1,0 +1,281 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Layers that rupture one after another, as least squares on one insertion alone, without a withdrawal.
+
+Each has a contact, a cone or a cone + cylinder, that ruptures gradually from its onset on, and behind it friction and
+cutting force (law ``yielding_coulomb``). The force is that of the engine along the insertion. Least squares have all
+parameters at once; they start with each layer as its peak shows it, between the least forces before and behind it.
+"""
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ... import core
+from ...core import Needle
+from ...errors import InputError
+from ...models.model import Insertion, Layer, Model
+from ..models import UNKNOWN_TIP, half_angle
+from ..one_layer.loading_curves import FITS, LoadingCurve
+from ..one_layer.segmented_recording import SegmentedRecording, without_drift
+from ..replay import punctures_of_layers
+from ..strokes import strokes_of
+
+CONE_CYLINDER, POWER_LAW = FITS["gradual_cone_cylinder"], FITS["gradual_power_law"]
+MAX_LAYERS = 8  # of the engine
+MIN_SAMPLES = 12  # between the least forces before and behind a peak, for the parameters of its layer
+MAX_BLOCKS = 800  # means of samples on which the search works
+RISE_SHARE = 0.05  # of a peak above the least force before it: where the contact of a layer is to begin, to start with
+STEP_S = 1e-3  # [s] from sample to sample: the laws do not depend on the speed
+STEP_M = 20e-6  # [m] over which friction reverses, which an insertion does not show
+START, START_POWER = (0.7, 0.5, 0.7), (0.7, 0.5, 2.0)
+"""Onset and rupture length [indentations at the peak], and saturation depth [onsets] or exponent, of a start."""
+EXPONENT = 2.0  # of a rupture, to start with
+MAX_STEPS = 60  # of the least squares
+NO_SATURATION = 3.0  # [indentations at the onset] from here on, the contact is a cone
+NOTHING = 1e-5  # of a scaled parameter
+MIN_LEFT = 1e-3  # [of the largest force] of a contact that ruptures
+STIFFEST = 0.6 * next(row["high"] for row in core.laws.Cone.table() if row["name"] == "reduced_modulus")
+"""[N/m^2] of c h^2 with the largest modulus of the law and an unknown tip, 2 / pi of it: no contact is stiffer."""
+
+
+class Scaled(NamedTuple):
+    """One layer in the search: its top from the contact and its lengths in units of its indentation at the peak, forces
+    in units of the largest force; those that are positive as logarithms. ``log_left`` is of the contact's force at the
+    onset without friction and cutting force there: what ruptures, and so positive; ``log_shape`` of the saturation
+    depth over the onset, or of the exponent of a power law."""
+
+    top: float
+    log_onset: float
+    log_length: float
+    exponent: float
+    log_left: float
+    log_shape: float
+    friction: float
+    cutting: float
+
+
+SIZE = len(Scaled._fields)
+LOWEST = Scaled(
+    top=-3.0,
+    log_onset=math.log(0.02),
+    log_length=math.log(1e-3),
+    exponent=1.0,
+    log_left=math.log(MIN_LEFT),
+    log_shape=math.log(0.05),
+    friction=0.0,
+    cutting=0.0,
+)
+HIGHEST = Scaled(
+    top=0.0,
+    log_onset=math.log(1.2),
+    log_length=math.log(10.0),
+    exponent=6.0,
+    log_left=math.log(20.0),
+    log_shape=math.log(NO_SATURATION),
+    friction=10.0,
+    cutting=3.0,
+)
+EXPONENTS = 0.0, math.log(6.0)  # limits of the logarithm of that of a power law
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class InsertionProblem:
+    """The insertion as ``depth`` and ``force`` (n,) in SI with their numbers in the recording, ``samples``, its
+    ``peaks`` by their place among them, a ``contact`` depth and the ``zero`` before it, from which the search starts,
+    the loading ``curve`` of the contacts, and what they are ``without``: friction, cutting, or nothing."""
+
+    depth: np.ndarray
+    force: np.ndarray
+    samples: np.ndarray
+    peaks: tuple[int, ...]
+    contact: float
+    zero: float
+    filter_length: int
+    curve: LoadingCurve = CONE_CYLINDER
+    without: str = ""
+
+    @cached_property
+    def parts(self) -> tuple[slice, ...]:
+        """The samples of each layer, between the least forces before and behind its peak."""
+        pairs = itertools.pairwise(self.peaks)
+        ends = [first + int(np.argmin(self.force[first:second])) for first, second in pairs]
+        return tuple(slice(*each) for each in itertools.pairwise([0, *ends, len(self.depth)]))
+
+    @cached_property
+    def begins(self) -> tuple[float, ...]:
+        """Depth [m] at which the force of each layer begins to rise to its peak."""
+        found = [self.contact]
+        for part, peak in zip(self.parts[1:], self.peaks[1:]):
+            force = self.force[part.start : peak]
+            low = np.flatnonzero(force <= force[0] + RISE_SHARE * (self.force[peak] - force[0]))
+            found.append(float(self.depth[part.start + low[-1]]))
+        return tuple(found)
+
+    @cached_property
+    def units(self) -> tuple[float, ...]:
+        """Indentation [m] of each layer at its peak."""
+        return tuple(max(float(self.depth[p]) - z, 1e-6) for p, z in zip(self.peaks, self.begins))
+
+    @cached_property
+    def scale(self) -> float:
+        """The largest force [N]."""
+        return float(self.force.max())
+
+    @cached_property
+    def limits(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest x. A layer begins below the peak before and above its own; a rupture over less than the
+        travel of a sample is sharp."""
+        low, high = (np.tile(each, (len(self.peaks), 1)).astype(float) for each in (LOWEST, HIGHEST))
+        travel = float(np.median(np.diff(self.depth)))
+        for k, unit in enumerate(self.units):
+            low[k, 0] = (self.depth[self.peaks[k - 1]] - self.contact) / unit if k else low[k, 0]
+            high[k, 0] = (self.depth[self.peaks[k]] - self.contact) / unit - 0.02
+            low[k, 2] = min(max(low[k, 2], math.log(travel / unit)), 0.0)
+        if "exponent" in self.curve.shape:
+            low[:, 5], high[:, 5] = EXPONENTS
+        if self.without:
+            high[:, Scaled._fields.index(self.without)] = NOTHING
+        return np.append(low, -1.0), np.append(high, 1.0)
+
+    def layers(self, x: np.ndarray) -> list[Scaled]:
+        """The rows of x, whose last value is the zero."""
+        return [Scaled(*row) for row in x[:-1].reshape(-1, SIZE).tolist()]
+
+    def model(self, x: np.ndarray) -> tuple[Model, float]:
+        """The model, and the depth [m] of its surface."""
+        return stacked(list(self.values_of_layers(x)), self.curve), self.contact + self.units[0] * float(x[0])
+
+    def values_of_layers(self, x: np.ndarray) -> Iterator[dict[str, float]]:
+        """The parameters of each layer in SI, with its ``top`` below the first."""
+        surface = self.units[0] * float(x[0])
+        for unit, row in zip(self.units, self.layers(x)):
+            onset = unit * math.exp(row.log_onset)
+            (name,), (amplitude,) = self.curve.shape, self.curve.amplitudes
+            shape = math.exp(row.log_shape) * onset ** self.curve.shape[name].power
+            (reached,) = self.curve.basis(np.float64(onset), np.float64(shape))
+            force = self.scale * (math.exp(row.log_left) + row.friction * onset / unit + row.cutting)
+            yield {
+                "top": unit * row.top - surface,
+                amplitude: min(force / float(reached), STIFFEST),
+                name: math.inf if name == "saturation_depth" and shape >= NO_SATURATION * onset else shape,
+                "rupture_onset": onset,
+                "rupture_length": unit * math.exp(row.log_length),
+                "rupture_exponent": row.exponent,
+                "friction_per_length": self.scale * row.friction / unit,
+                "cutting_force": self.scale * row.cutting,
+            }
+
+    def forces(self, x: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Force (m,) [N] at increasing depths (m,) [m], with the zero."""
+        model, surface = self.model(x)
+        force = Insertion(model, max_speed=np.inf).forces(depth - surface, np.full(len(depth), STEP_S))
+        if self.filter_length > 1:
+            from scipy.ndimage import uniform_filter1d
+
+            force = uniform_filter1d(force, self.filter_length, mode="nearest")
+        return force + self.scale * x[-1]
+
+    def start(self) -> np.ndarray:
+        """Each layer with its peak as it is, and all of the force behind it as cutting force."""
+        rows = []
+        for part, peak, begin, unit in zip(self.parts, self.peaks, self.begins, self.units):
+            top, before, behind = ((self.force[k] - self.zero) / self.scale for k in (peak, part.start, part.stop - 1))
+            onset, length, shape = map(math.log, START if "saturation_depth" in self.curve.shape else START_POWER)
+            rows.append(
+                Scaled(
+                    top=(begin - self.contact) / unit,
+                    log_onset=onset,
+                    log_length=length,
+                    exponent=EXPONENT,
+                    log_left=math.log(max(top - before, MIN_LEFT)),
+                    log_shape=shape,
+                    friction=0.0,
+                    cutting=max(behind, 0.0),
+                )
+            )
+        return np.append(np.array(rows), self.zero / self.scale)
+
+    def solve(self, start: np.ndarray | None = None) -> np.ndarray:
+        """The least squares in all parameters, from a ``start`` or that of the peaks."""
+        from scipy.optimize import least_squares
+
+        count = len(self.depth) if self.filter_length > 1 else min(len(self.depth), MAX_BLOCKS)
+        edges = np.linspace(0, len(self.depth), count + 1).astype(int)
+        weight = np.sqrt(np.diff(edges) / np.diff(edges).mean())
+        depth, force = (np.add.reduceat(each, edges[:-1]) / np.diff(edges) for each in (self.depth, self.force))
+
+        def residual(x: np.ndarray) -> np.ndarray:
+            return weight * (self.forces(x, depth) - force) / self.scale
+
+        low, high = self.limits
+        inner = 1e-6 * np.where(np.isfinite(high - low), high - low, 1.0)
+        start = np.clip(self.start() if start is None else start, low + inner, high - inner)
+        return least_squares(residual, start, bounds=(low, high), x_scale="jac", max_nfev=MAX_STEPS).x
+
+
+def stacked(
+    layers: list[dict[str, float]],
+    curve: LoadingCurve = CONE_CYLINDER,
+    needle: Needle | None = None,
+    name: str = "",
+    reference: str = "",
+) -> Model:
+    """The model of layers with the values of ``InsertionProblem.values_of_layers``; InputError for a value outside the
+    range of a law."""
+    made = [
+        Layer(
+            top=values["top"],
+            stiffness=curve.stiffness(values, half_angle(needle)),
+            puncture=core.laws.PunctureDepth(values["rupture_onset"]),
+            friction=core.laws.YieldingCoulomb(
+                values["friction_per_length"], STEP_M, values["rupture_length"], values["rupture_exponent"]
+            ),
+            cutting=core.laws.ConstantCutting(values["cutting_force"], 2.0 * STEP_M),
+        )
+        for values in layers
+    ]
+    first, *deeper = made
+    return Model(
+        stiffness=first.stiffness,
+        puncture=first.puncture,
+        friction=first.friction,
+        cutting=first.cutting,
+        deeper=tuple(deeper),
+        name=name or "model",
+        summary="Identified from recordings.",
+        reference=reference or "identified by needleforce",
+        doubts=(UNKNOWN_TIP,) if needle is None or needle.tip is None else (),
+        needle=needle,
+    )
+
+
+def problem_of(single: SegmentedRecording, layers: int | None) -> InsertionProblem:
+    """The insertion with its falls, of which the strokes of a segmented recording lack the gradual ones."""
+    recording, events = single.recording, single.events
+    count = min(len(events.punctures), MAX_LAYERS) if layers is None else layers
+    if not 0 < count <= len(events.punctures):
+        raise InputError("number of punctures", len(events.punctures), f"{count} layers need as many")
+    chosen = punctures_of_layers(events, count)
+    sharp = replace(events, punctures=tuple(replace(each, gradual=False) for each in events.punctures))
+    strokes, _, _ = without_drift(recording, events, strokes_of(recording, sharp))
+    peaks = [strokes.place_in(int(np.searchsorted(recording.time, each.time))) for each in chosen]
+    problem = InsertionProblem(
+        depth=strokes.depth_in,
+        force=strokes.force_in,
+        samples=strokes.index_in,
+        peaks=tuple(min(each, len(strokes.depth_in) - 1) for each in peaks),
+        contact=events.contact.depth,
+        zero=events.baseline or 0.0,
+        filter_length=recording.card.filter_length,
+    )
+    for part, peak in zip(problem.parts, problem.peaks):
+        if not (part.stop - part.start >= MIN_SAMPLES and part.start < peak < part.stop - 1):
+            where = f"a puncture at {1e3 * problem.depth[peak]:.4g} mm"
+            limit = f"at least {MIN_SAMPLES} are needed from the least force before it to that behind it"
+            raise InputError("number of samples", part.stop - part.start, limit, where, "Record at a higher rate.")
+    return problem

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: Apache-2.0
+"""A machine in series with the needle: sensor, holder and drive yield by the force over their stiffness, and the tip is
+behind the recorded depth by as much.
+
+It bends the loading curve, turns the friction of the insertion and that of the withdrawal to opposite sides, and
+spreads the reversal between them. A recording shows it where the complete fit leaves more than the noise without a
+machine, and no more with one. Its compliance is not above that of the fall of the force where the needle turns: what
+yields there is in series.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...models.parameter_units import UNITS
+from ...recording import Recording
+from ...segmentation import Events, segment
+from ..estimates import Estimate, pool
+from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise, noise_of
+from ..statistics.regression import VERY_STRONG_BIC
+from ..strokes import Strokes
+from .cycle_fit import fit_cycle
+from .cycle_values import CycleOptions, CycleResiduals
+from .segmented_recording import STAGE, SegmentedRecording, segmented
+
+NAME = "machine_stiffness"
+SOURCE = "a machine in series, with which the complete fit leaves no more than the noise"
+FOUND = (
+    "A machine (sensor, holder, drive) of {:.4g} N/mm ({:.4g} to {:.4g}) in series with the needle explains what the "
+    "fit of the recorded depth leaves beyond the noise. The depths are therefore those of the tip: less by the force "
+    "over this stiffness. Give machine_stiffness where it is known."
+)
+KNOWN = "machine stiffness: {:.4g} N/mm, as given; the depths are those of the tip, less by the force over it"
+BEYOND = 1.1  # of the compliance of the reversal, which is measured too
+MIN_GAIN = 0.3  # of the sum of squares, at half or all of the reversal's compliance; a smaller one is not noise then
+STEP = 0.01  # of the largest compliance, to which the least sum of squares is searched
+MIN_FREE_SAMPLES = 50
+
+
+def at_tip(recording: Recording, stiffness: float, events: Events | None = None) -> Recording:
+    """The recording with the depth of the tip behind a machine of a ``stiffness`` [N/m], from the unloaded one.
+
+    Raises InputError for a stiffness not above 0, or with which the tip would be above the surface while it is pushed.
+    """
+    if not (math.isfinite(stiffness) and stiffness > 0.0):
+        raise InputError(NAME, f"{stiffness} N/m", "must be above 0", next_step="Give it in N/m, or leave it out.")
+    events = events or segment(recording)
+    force = recording.force
+    if events.contact is not None:
+        force = force - float(np.median(force[: max(events.contact.low, 1)]))
+        _check(stiffness, recording, force, events)
+    columns = {"time": recording.time, "depth": recording.depth - force / stiffness, "force": recording.force}
+    axes = recording.axes | {STAGE: recording.depth}
+    return Recording(**columns, axes=axes, card=recording.card, notes=recording.notes)
+
+
+def _check(stiffness: float, recording: Recording, force: np.ndarray, events: Events) -> None:
+    """Raises InputError where the machine alone would take all the travel to a peak of the force (n,) [N]."""
+    peaks = [int(np.argmax(force)), *(int(np.searchsorted(recording.time, each.time)) for each in events.punctures)]
+    for peak in peaks:
+        travel = float(recording.depth[peak]) - events.contact.depth
+        if 0.0 < stiffness * travel <= force[peak]:
+            raise InputError(
+                NAME,
+                f"{1e-3 * stiffness:.3g} N/mm",
+                f"it must exceed {1e-3 * force[peak] / travel:.3g} N/mm: {force[peak]:.3g} N act {1e3 * travel:.3g} mm "
+                "past the contact, and less would leave nothing of this travel to the tissue",
+                recording.name,
+                "Give the stiffness of sensor, holder and drive in series, or leave it out.",
+            )
+
+
+def machine_stiffness_of(singles: Sequence[SegmentedRecording]) -> Estimate | None:
+    """The stiffness of the machine that all repeats share, if more than half of those with a fit show one."""
+    known = [single for single in singles if single.fits]
+    found = [estimate for estimate in map(_shown, known) if estimate is not None]
+    return pool([{NAME: each} for each in found])[NAME] if 2 * len(found) > len(known) else None
+
+
+def behind(single: SegmentedRecording, stiffness: Estimate) -> SegmentedRecording:
+    """A recording segmented at the tip behind a machine, with its readings at the ends of the interval of the
+    ``stiffness``. One that it cannot be of stays as it is."""
+    recording, events = single.recording, single.events
+    ends = {"stiffer machine": stiffness.high, "softer machine": stiffness.low}
+    try:
+        others = {cause: at_tip(recording, end, events) for cause, end in ends.items()}
+    except InputError:
+        return single
+    return replace(segmented(at_tip(recording, stiffness.value, events)), readings=others)
+
+
+def with_machine(fit: Any, machine: Estimate | float | None) -> Any:
+    """The fit of recordings at the tip with the ``machine`` stiffness [N/m], found or given, as a parameter."""
+    if machine is None or not fit.parameters:
+        return fit
+    if isinstance(machine, Estimate):
+        sentence = FOUND.format(*(1e-3 * value for value in (machine.value, machine.low, machine.high)))
+        return replace(fit, parameters=fit.parameters | {NAME: machine}, warnings=(sentence, *fit.warnings))
+    known = Estimate(NAME, machine, UNITS[NAME], machine, machine, source="given")
+    held = (KNOWN.format(1e-3 * machine), *fit.held_fixed)
+    return replace(fit, parameters=fit.parameters | {NAME: known}, held_fixed=held)
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """Complete fits of the strokes with a machine of any compliance [m/N]."""
+
+    strokes: Strokes
+    options: CycleOptions
+
+    def residuals(self, compliance: float) -> CycleResiduals | None:
+        """The residuals of the fit; None where there is none."""
+        s = self.strokes
+        depths = s.depth_in - compliance * s.force_in, s.depth_out - compliance * s.force_out
+        try:
+            return fit_cycle(depths[0], s.force_in, depths[1], s.force_out, self.options, limited=False).residuals
+        except InputError:
+            return None
+
+    def squares(self, compliance: float) -> float:
+        """Sum of squares [N²]; infinite without a fit."""
+        found = self.residuals(compliance)
+        return math.inf if found is None else found.sse
+
+
+def _shown(single: SegmentedRecording) -> Estimate | None:
+    """The stiffness of the machine that one recording shows; None if it does not need one, or has no noise with one."""
+    strokes, events = single.strokes, single.events
+    reversal, noise = strokes.friction_reversal, _free_noise(single)
+    if reversal is None or noise is None or len(events.punctures) != 1 or events.punctures[0].gradual:
+        return None
+    push, pull = float(np.median(strokes.force_in[-5:])), float(np.median(strokes.force_out[:5]))
+    largest = BEYOND * 2.0 * reversal.half / max(push - pull, 1e-12)
+    options = CycleOptions(law="cone_cylinder", filter_length=single.recording.card.filter_length)
+    profile = Profile(strokes, options)
+    without = profile.residuals(0.0)
+    if without is None or without.rmse <= _explained(noise):
+        return None
+    if min(profile.squares(share * largest) for share in (0.5, 1.0)) > (1.0 - MIN_GAIN) * without.sse:
+        return None
+    best, error = _best(profile, largest)
+    left = profile.residuals(best)
+    if left is None or not best > TWO_SIDED * error:
+        return None
+    puncture = events.punctures[0]
+    amplified = 1.0 + best * puncture.force / max(puncture.indentation, 1e-12)  # the noise is in the tip's depth too
+    gain = (without.sse - left.sse) / max(noise.long_run, 1e-300)
+    if left.rmse > amplified * _explained(noise) or gain < VERY_STRONG_BIC + math.log(left.count):
+        return None
+    ends = 1.0 / (best + TWO_SIDED * error), 1.0 / (best - TWO_SIDED * error)
+    return Estimate(NAME, 1.0 / best, UNITS[NAME], *ends, source=SOURCE)
+
+
+def _explained(noise: Noise) -> float:
+    """Root mean square [N] that the noise of the free travel explains, once in a thousand recordings more."""
+    independent = max(noise.count * noise.variance / noise.long_run, 1.0) if noise.long_run > 0.0 else noise.count
+    return math.sqrt(noise.variance) * (1.0 + SIGNIFICANT / math.sqrt(2.0 * independent))
+
+
+def _free_noise(single: SegmentedRecording) -> Noise | None:
+    """The noise of the free travel; None with too little of it."""
+    if single.events.contact is None:
+        return None
+    free = single.strokes.force_in[: single.strokes.place_in(single.events.contact.low)]
+    if len(free) < MIN_FREE_SAMPLES:
+        return None
+    return noise_of(free - free.mean(), len(free), single.recording.card.filter_length, 1.0)
+
+
+def _best(profile: Profile, largest: float) -> tuple[float, float]:
+    """The compliance [m/N] up to the ``largest`` with the least sum of squares, and its standard error."""
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(profile.squares, bounds=(0.0, largest), method="bounded", options={"xatol": STEP * largest})
+    best, step = float(found.x), 0.05 * largest
+    low, middle, high = (profile.residuals(best + k * step) for k in (-1, 0, 1))
+    if low is None or middle is None or high is None:
+        return 0.0, math.inf
+    bend = (low.sse - 2.0 * middle.sse + high.sse) / step**2
+    if not bend > 0.0:
+        return 0.0, math.inf
+    best -= 0.5 * (high.sse - low.sse) / step / bend
+    long_run = max(noise.long_run for noise in middle.noises)
+    return best, math.sqrt(2.0 * long_run / bend)
