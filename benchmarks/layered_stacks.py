@@ -63,7 +63,6 @@ def line(layers: int, rows: list[tuple]) -> str:
     shares = (
         f"{100 * right.mean():.0f} %", f"{np.median(residual):.2f}", f"{residual.max():.1f}",
         f"{(found == layers).sum()}", f"{(warned & ~right).sum()} of {(~right).sum()}", f"{(warned & right).sum()}",
-        f"{100 * (1 - wrong[right].sum() / max(known[right].sum(), 1)):.1f} % of {known[right].sum()}",
         f"{wrong[~right].sum()} of {known[~right].sum()}", f"{seconds.mean():.1f} s",
     )  # fmt: skip
     return f"| {layers} | {len(rows)} | " + " | ".join(shares) + " |"
@@ -74,7 +73,7 @@ def main(count: int, first: int) -> None:
     seeds = range(first, first + count)
     lines = [line(layers, trial(layers, seeds)) for layers in (2, 3)]
     heads = ("layers", "stacks", "at ≤ 1.2 × noise", "median", "largest", "number of layers right",
-             "above, warned", "below, warned", "intervals that hold the truth, below",
+             "above, warned", "below, warned", 
              "identifiable and outside, above", "processor")  # fmt: skip
     print("\n".join(["| " + " | ".join(heads) + " |", "|---" * len(heads) + "|", *lines, ""]))
     residual, warned, known = (np.array(column) for column in zip(*others(range(first, first + count // 3))))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Uncertainty of the parameters of a layered fit: intervals, correlations, draws."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -44,7 +44,6 @@ NAMES = {
 OF_A_RUPTURE = ("friction_per_length", "tissue_stiffness", "rupture_length", "resting_surface", "puncture_indentation")
 WHERE = ("contact_depth", "top", "puncture_depth", "puncture_indentation")
 DERIVED = ("contact_stiffness", "puncture_indentation")
-TIME_STEP = 1e-3  # of the logarithm of a time constant, for a derivative
 MAX_LOG, MAX_LOG_HALF = 300.0, 7.0  # of draws; of a half width: more than a factor of 1000 is no interval
 
 
@@ -235,14 +234,11 @@ class Uncertainty:
 
 def uncertainty_of(solved: Solved) -> Uncertainty:
     """The uncertainty of the parameters of a fit. A value known beforehand is one more measurement with its own noise:
-    it adds to J'J, and by its own error to the covariance. The time constants of relaxation, which the search takes
-    from the decay in the hold, count as fitted: they are as uncertain as the cycles leave them."""
-    problem, of_times = solved.problem, _by_times(solved)
-    size, more = problem.unknowns.size + of_times[0].shape[1], of_times[0].shape[1]
+    it adds to J'J, and by its own error to the covariance."""
+    problem, size = solved.problem, solved.problem.unknowns.size
     grams, slopes, longs, zeros = [], [], [], []
     for run, cycle in enumerate(problem.cycles):
         places, jacobian = problem.jacobian(run, solved.x)
-        places, jacobian = np.append(places, np.arange(size - more, size)), np.hstack([jacobian, of_times[run]])
         residual, gram, slope = problem.residuals(run, solved.x), np.zeros((size, size)), np.zeros(size)
         if not cycle.zero.known:  # a parameter of the fit
             jacobian = jacobian - np.outer(cycle.zero_column, cycle.zero_column @ jacobian)
@@ -253,8 +249,8 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
         moved[places] = jacobian.T @ cycle.weight * (cycle.zero.error if cycle.zero.known else 0.0)
         zeros.append(np.outer(moved, moved))
         longs.append(noise_of(residual, len(cycle.depth)).long_run)
-    prior, by_error, pull = (np.pad(part, (0, more)) for part in _of_priors(solved))
-    total, by = sum(grams) + prior, np.pad(by_unknowns(solved.problem.unknowns, solved.x), ((0, 0), (0, more)))
+    prior, by_error, pull = _of_priors(solved)
+    total, by = sum(grams) + prior, by_unknowns(solved.problem.unknowns, solved.x)
     known = total.diagonal() > MIN_SENSITIVITY * np.median(total.diagonal()[problem.unknowns.free])
     bread = by @ _inverse(total, known)
     within = bread @ (sum(long * gram for long, gram in zip(longs, grams)) + sum(zeros) + by_error) @ bread.T
@@ -275,19 +271,6 @@ def uncertainty_of(solved: Solved) -> Uncertainty:
         by_prior=np.sqrt((bread @ by_error * bread).sum(axis=1)),
         known={each.name: each.text for each in problem.known},
     )
-
-
-def _by_times(solved: Solved) -> list[np.ndarray]:
-    """Derivatives (m, 2) of each run's residuals by the logarithms of the two times; (m, 0) without relaxation."""
-    problem, unknowns = solved.problem, solved.problem.unknowns
-    runs = range(len(problem.cycles))
-    if unknowns.relaxing in unknowns.held:
-        return [np.empty((len(problem.cycles[run].depth), 0)) for run in runs]
-    short, long = unknowns.times
-    pairs = (short * np.exp(TIME_STEP), long), (short, long * np.exp(TIME_STEP))
-    moved = [replace(problem, unknowns=replace(unknowns, times=pair)) for pair in pairs]
-    now = [problem.residuals(run, solved.x) for run in runs]
-    return [np.column_stack([each.residuals(run, solved.x) - now[run] for each in moved]) / TIME_STEP for run in runs]
 
 
 def _of_priors(solved: Solved) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
