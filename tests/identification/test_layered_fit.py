@@ -64,7 +64,7 @@ def test_two_layers_are_found_with_their_numbers(identified):
     assert all(type(layer.friction) is NAMED[name] for layer in fit.model.layers)
 
 
-@pytest.mark.parametrize("layers, seed", [(2, 1030), (3, 17), (3, 1020)])
+@pytest.mark.parametrize("layers, seed", [(2, 1001), (3, 17), (3, 1020)])
 def test_random_stacks_are_found_at_the_noise(layers, seed):
     """No starting value is given, and typical ones lead to another minimum of three layers."""
     made = stack(seed, layers)
