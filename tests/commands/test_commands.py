@@ -40,7 +40,7 @@ def test_identify_writes_json_report_and_preset(document, tmp_path):
     assert [p["phase"] for p in one["phases"]] == ["free", "deformation", "insertion", "hold", "extraction", "free"]
     keys = {"name", "value", "unit", "low", "high", "between_repeats_sd", "identifiable", "source"}
     assert all(set(p) == keys | {"within_run_sd", "random", "systematic"} for p in document["parameters"])
-    assert set(document["quality"]) == {"rmse_N", "nrmse", "r2"}
+    assert set(document["quality"]) == {"rmse_N", "nrmse", "r2", "sliding_N", "reversal_N"}
     assert (tmp_path / "out.html").stat().st_size > 10_000
     model = nf.preset(tmp_path / "mine.toml")
     named = {p["name"]: p["value"] for p in document["parameters"]}

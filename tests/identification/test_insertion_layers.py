@@ -70,6 +70,10 @@ SITUATIONS = {
     "contacts above a cone": {"power": 2.6},
     "much noise": {"noise": 60e-3, "peaks": (2.0, 3.0)},
     "then at rest": {"rest": 500},
+    "a layer from the rupture of the last on": {
+        "tops": (1e-3, 6.1e-3), "indentations": (5e-3, 4e-3), "peaks": (4.0, 3.5), "widths": (0.0, 0.0),
+        "rate": 100, "noise": 10e-3, "friction": 60.0,
+    },
 }  # fmt: skip
 
 

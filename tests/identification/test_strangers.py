@@ -27,6 +27,7 @@ from strangers_judge import (
 
 # The bars of the trial stand here and nowhere else.
 MAX_WRONG = 0.01  # share of the judged parameters that are wrong and not warned of
+MAX_WRONG_REPEATED = 0.005  # the same of repeats that share one systematic error
 MAX_DECLINED = 0.10  # share that is declined
 MIN_COVERED = 0.93  # share of the 95 % intervals that hold the truth
 
@@ -276,6 +277,18 @@ def test_intervals_hold_the_truth(verdicts):
 
 def test_an_interval_holds_its_own_value(verdicts):
     assert [v.seed for v in verdicts if v.malformed] == []
+
+
+@pytest.fixture(scope="module")
+def repeated(many):
+    """Ten repeats of conditions with one systematic error each, which all of them share."""
+    names = list(REPEATED)
+    return [trial(30000 + k, names[k % len(names)], 10) for k in range(many(len(names), 6 * len(names)))]
+
+
+def test_repeats_do_not_turn_a_systematic_error_into_a_wrong_number(repeated):
+    assert wrong_share(repeated) <= MAX_WRONG_REPEATED, [(v.seed, v.scenario, v.wrong) for v in repeated if v.wrong]
+    assert np.mean([covered for v in repeated for covered in v.covered.values()]) >= MIN_COVERED
 
 
 def test_false_punctures(verdicts):

@@ -15,9 +15,11 @@ from ..errors import InputError
 from ..identification.estimates import Estimate, EstimateResult
 from ..identification.statistics.noise import INTERVAL, student_quantile
 from .elastica import tip_compliance, tip_of_cantilever
-from .stress_fit import ROUNDING
+from .stress_fit import ROUNDING, inflation_of
+from .stress_result import MAX_MISFIT
 
 MIN_READINGS = 3
+MIN_CORRELATED = 12  # readings of a cantilever that show whether their residuals are correlated
 MIN_SPARE_FOR_CLAMP = 2  # readings more than unknowns, to find a clamp compliance
 SMALL_DEFLECTION = 0.1  # [1] F a^2 / (E I), about twice the slope at the force
 SOFTER_STARTS = (0.5, 0.2)  # [of the modulus for small deflections] further starting values
@@ -153,7 +155,7 @@ def needle_modulus(
         fit = softer if softer is not None and softer.clamp_low > 0.0 else fit
     if fit is None:
         raise _no_stiffness()
-    notes = [*_clamp_note(fit, problem, clamp_compliance), *small_deflection_note(fit)]
+    notes = [*_clamp_note(fit, problem, clamp_compliance), *small_deflection_note(fit), *_misfit_note(fit)]
     return replace(fit, notes=tuple(notes))
 
 
@@ -207,8 +209,11 @@ class _Cantilever:
         gram = (jacobian * size).T @ (jacobian * size)
         if not np.linalg.cond(gram) < 1e12:
             return None
-        spare = len(self.force) - len(x)
-        variance = 2.0 * found.cost / spare
+        load = np.argsort(np.abs(self.force) * self.position, kind="stable")
+        # what yields or slips leaves residuals that are correlated along the load
+        inflation = inflation_of([found.fun[load]], len(x)) if len(load) >= MIN_CORRELATED else 1.0
+        spare = max(int(len(self.force) / inflation) - len(x), 1)
+        variance = 2.0 * found.cost / (len(self.force) - len(x)) * inflation
         half = student_quantile(spare) * np.sqrt(variance * np.diagonal(np.linalg.inv(gram))) * size
         modulus, compliance = math.exp(x[0]), x[2] if clamp else self.compliance
         spread = half[2] if clamp else 0.0
@@ -261,6 +266,16 @@ def small_deflection_note(fit: BendingFit) -> list[str]:
     return [
         f"The deflections are large: the formula for small ones would give {other:.4g} Pa, "
         f"{100.0 * (other / fit.young_modulus - 1.0):+.2g} %, outside the interval."
+    ]
+
+
+def _misfit_note(fit: BendingFit) -> list[str]:
+    """The warning that the readings are not those of an elastic needle."""
+    if fit.misfit <= MAX_MISFIT:
+        return []
+    return [
+        f"The misfit is {percent(fit.misfit)} of the largest deflection, above {percent(MAX_MISFIT)}: the needle "
+        "yields or slips in the clamp, or the columns do not belong together."
     ]
 
 

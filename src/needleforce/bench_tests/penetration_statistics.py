@@ -15,6 +15,7 @@ from ..display.result import Result
 from ..errors import InputError
 from ..identification.statistics.noise import INTERVAL
 from ..recording import Recording
+from ..recording.recording import copies
 from .penetration import FIGURES, PenetrationTest, penetration_test, without_figures
 
 if TYPE_CHECKING:
@@ -204,7 +205,7 @@ def penetration_tests(many: Any, *, groups: Mapping[str, str] | None = None, **o
     ----------
     many : mapping of str to source, or sequence of sources
         Name -> (travel, force), Recording, PenetrationTest, or None or an InputError for a needle without a curve, such
-        as a broken one, which is listed without figures.
+        as a broken one, which is listed without figures, as is a recording with the readings of another.
     groups : mapping of str to str, optional
         Name -> group. By default the name without the number at its end: ``A-1`` and ``A-2`` are repeats of ``A``;
         all needles are one group if no two share a name.
@@ -223,6 +224,11 @@ def penetration_tests(many: Any, *, groups: Mapping[str, str] | None = None, **o
     pairs = list(many.items()) if isinstance(many, Mapping) else [(None, each) for each in many]
     if not pairs:
         raise InputError("needles", "none", "at least one is needed", next_step="Give a curve, or several.")
+    known = [k for k, (_, each) in enumerate(pairs) if isinstance(each, Recording)]
+    for k, first in copies([pairs[k][1] for k in known]).items():
+        same = f"the same as those of {pairs[known[first]][1].name}"
+        error = InputError("readings", same, "given twice", pairs[known[k]][1].name, "Give each test once.")
+        pairs[known[k]] = (pairs[known[k]][0] or pairs[known[k]][1].name, error)
     tests = tuple(_test(name, source, k, options) for k, (name, source) in enumerate(pairs, 1))
     return PenetrationTests(tests=tests, groups=_grouped(tests, groups))
 

@@ -5,6 +5,7 @@ interval that includes that choice."""
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from .stress_result import MAX_MISFIT, MIN_WEIGHT, StressFit
 
 ROUNDING = 1e-9  # [of the peak stress] a smaller residual is rounding
 MIN_READINGS = 3
+COPIED = 1e-6  # of the largest reading: two files of the same readings differ by less
 MAX_FITTED_READINGS = 300  # of a curve; more are averaged in blocks of neighbours
 MIN_FREEDOM = 1.0  # of a standard error: Student's distribution has no fewer
 
@@ -125,7 +127,15 @@ def _checked(
     given = [curves] if isinstance(curves, StressCurve) else list(curves)
     if not given:
         raise InputError("number of curves", 0, "at least 1 is needed", next_step="Give a StressCurve.")
-    return tuple(_in_range(curve, min_stretch, max_stretch) for curve in given)
+    used = tuple(_in_range(curve, min_stretch, max_stretch) for curve in given)
+    for one, other in combinations(used, 2):
+        if len(one.stretch) == len(other.stretch) and all(
+            np.abs(a - b).max() <= COPIED * np.abs(a).max()
+            for a, b in ((one.stretch, other.stretch), (one.stress, other.stress))
+        ):
+            what = f"the same as those of {one.name or 'another curve'}"
+            raise InputError("readings", what, "given twice", other.name, "Give each test once.")
+    return used
 
 
 def _in_range(curve: StressCurve, min_stretch: float, max_stretch: float) -> StressCurve:

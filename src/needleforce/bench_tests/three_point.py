@@ -23,6 +23,7 @@ MIN_SEARCHED = 2 * MIN_PART_READINGS  # readings; of fewer all are used
 BROKEN = 0.5  # of the largest elastic force: less after it is a break
 PASSES = 4  # of the search: the slack bends the scale on which a large deflection is straight
 PIECES = 4  # of a part that no line describes, whose slopes are the interval
+SETTLED = 1e-5  # of the range of the deflection: a smaller change of the slack ends the search
 MAX_SHARE = 0.5  # of the span: the end of the closed form
 
 
@@ -104,8 +105,10 @@ def _elastic_part(x: np.ndarray, y: np.ndarray) -> tuple[StraightPart, float]:
         if not slope > 0.0:
             step = "Check the signs of the columns, or reverse one with --unit deflection=-mm."
             raise InputError("force", "not growing with the deflection", next_step=step)
-        slack -= float(offset / slope)
-        scale = _straightened(x - slack)
+        change, scale = float(offset / slope), _straightened(x - slack + offset / slope)
+        slack -= change
+        if 0.0 < abs(change) < SETTLED * float(np.ptp(x)):
+            break
     return part, slack
 
 
@@ -133,10 +136,10 @@ def _fitted(x: np.ndarray, y: np.ndarray, part: StraightPart, slack: float) -> _
     from scipy.optimize import least_squares
 
     slope = float(np.polyfit(x, y, 1)[0])
-    size = np.array([slope / 48.0, 1.0])
+    size, top = np.array([slope / 48.0, 1.0]), float(np.abs(y).max())
 
     def residual(z: np.ndarray) -> np.ndarray:
-        return z[0] * size[0] * 48.0 * _straightened(x - z[1]) - y
+        return (z[0] * size[0] * 48.0 * _straightened(x - z[1]) - y) / top
 
     found = least_squares(residual, [1.0, slack], xtol=1e-12, ftol=1e-14, gtol=1e-14)
     left = found.fun
@@ -153,7 +156,7 @@ def _fitted(x: np.ndarray, y: np.ndarray, part: StraightPart, slack: float) -> _
         slopes = [float(np.polyfit(*piece, 1)[0]) for piece in pieces]
     ends = min([ends[0], *(each / slope for each in slopes)]), max([ends[1], *(each / slope for each in slopes)])
     return _Line(value=float(found.x[0] * size[0]), low=float(ends[0] * size[0]), high=float(ends[1] * size[0]),
-                 small=slope, slack=float(found.x[1]), rms=float(np.sqrt(np.mean(left**2))))  # fmt: skip
+                 small=slope, slack=float(found.x[1]), rms=top * float(np.sqrt(np.mean(left**2))))  # fmt: skip
 
 
 def _notes(deflection: np.ndarray, force: np.ndarray, part: StraightPart) -> list[str]:

@@ -28,6 +28,7 @@ from .diagnostics import (
 )
 from .estimates import Estimate, identified_together, pool
 from .model_choice import (
+    by_punctures,
     choice_of,
     cycle_evidence,
     falls_gradually,
@@ -262,6 +263,7 @@ def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording]
     evidence = cycle_evidence(fit, layered, singles, 0)
     if evidence is None:
         return fit
+    evidence = dataclasses.replace(evidence, gain=evidence.gain + by_punctures(singles))
     chosen = layered if evidence.for_layers else fit
     reason = evidence.sentence(law, GRADUAL_LAYERS, "the insertion")
     return dataclasses.replace(chosen, warnings=(reason, *chosen.warnings))

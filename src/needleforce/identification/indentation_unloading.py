@@ -169,15 +169,15 @@ def _power_law(h: np.ndarray, f: np.ndarray, shares: tuple[float, float], *, nee
 
     def residual(z: np.ndarray) -> np.ndarray:
         largest, stiffness, m = z * size
-        return largest * np.maximum(1.0 + stiffness * x / (m * largest), 1e-12) ** m - y
+        return (largest * np.maximum(1.0 + stiffness * x / (m * largest), 1e-12) ** m - y) / top
 
     low, high = [0.1, 1e-2, 1.0], [10.0, 1e3, MAX_EXPONENT]
     fit = least_squares(
         residual, [1.0, 1.5, 1.5], bounds=(low, high), x_scale="jac", xtol=1e-12, ftol=1e-13, gtol=1e-13
     )
-    noise = noise_of(-fit.fun, len(y), lost=3)
+    noise = noise_of(-fit.fun, len(y), lost=3)  # of a share of the largest force: it may be nanonewtons
     covariance = noise.long_run * inverse(fit.jac.T @ fit.jac) * np.outer(size, size)
-    return _PowerLaw(values=fit.x * size, covariance=covariance, deepest=deepest, residual=-fit.fun)
+    return _PowerLaw(values=fit.x * size, covariance=covariance, deepest=deepest, residual=-top * fit.fun)
 
 
 def _epsilon(exponent: float) -> float:

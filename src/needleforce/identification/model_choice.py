@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..segmentation.contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
+from ..segmentation.punctures import FALSE_ALARMS
 from ..vocabulary import Phase
 from .diagnostics import MAX_RESIDUAL, quality
 from .estimates import Estimate
@@ -189,6 +190,12 @@ def held_by_tissue(single: SegmentedRecording) -> bool:
     inside = strokes.force_out[strokes.depth_out > events.contact.depth]
     min_pull = max(CROSSING_SIGMA * events.noise, MAX_BASELINE_CHANGE * peak_force(single))
     return len(inside) > 0 and float(np.percentile(inside, HELD_SHARE)) < events.baseline - min_pull
+
+
+def by_punctures(singles: list[SegmentedRecording]) -> float:
+    """The evidence of the punctures after the first for further layers, as a difference of BIC: noise alone would make
+    one in ``1 / FALSE_ALARMS`` recordings."""
+    return -2.0 * math.log(FALSE_ALARMS) * sum(max(len(single.events.punctures) - 1, 0) for single in singles)
 
 
 def goes_in_only(singles: list[SegmentedRecording]) -> bool:

@@ -26,7 +26,7 @@ PEAK_GRID = 500  # depths at which the peak of the model is searched
 MAX_STEPS = 6  # of the ratio
 MIN_RATIO, MAX_RATIO = 0.5, 2.0  # beyond, it is not the rupture of the fit
 MIN_LEFT = 0.5  # [of the contact] carried at the onset by what is to rupture; where the fit has less, no less than that
-MIN_TOP_M = 1e-6  # [m] between the tops of two layers
+MIN_TOP_M = 1e-6  # [m] of a layer below the rupture of the one above
 STEP_S = 1e-3  # [s] between the depths of a search: these laws do not depend on the speed
 
 
@@ -48,17 +48,18 @@ def replayed(
     ]
     if not peaks:
         return model, contact
-    deeper = list(model.deeper)
-    for k, peak in enumerate(peaks[1:]):
-        top = max(peak - parameters[f"{prefix(k + 1)}puncture_indentation"].value, MIN_TOP_M * (k + 1))
-        deeper[k] = dataclasses.replace(deeper[k], top=top)
-    model = model.replace(deeper=tuple(deeper))
-    if not isinstance(model.friction, core.laws.YieldingCoulomb):
-        return with_ruptures(model, [peaks[0]]), contact
-    model, found = _stretched(model, peaks[0])
-    # tops are below a surface that is moved here
-    deeper = [dataclasses.replace(each, top=each.top - (peaks[0] - found)) for each in model.deeper]
-    return model.replace(deeper=tuple(deeper)), contact + peaks[0] - found
+    if isinstance(model.friction, core.laws.YieldingCoulomb):
+        model, found = _stretched(model, peaks[0])
+        contact, peaks = contact + peaks[0] - found, [peak + found - peaks[0] for peak in peaks]
+    else:
+        model = with_ruptures(model, peaks[:1])
+    deeper, above = list(model.deeper), model.puncture.depth
+    for k, layer in enumerate(deeper):
+        name = f"{prefix(k + 1)}puncture_indentation"
+        top = peaks[k + 1] - parameters[name].value if k + 1 < len(peaks) else layer.top
+        deeper[k] = dataclasses.replace(layer, top=max(top, above + MIN_TOP_M))
+        above = deeper[k].top + layer.puncture.depth
+    return model.replace(deeper=tuple(deeper)), contact
 
 
 def punctures_of_layers(events: Events, count: int) -> list[Puncture]:

@@ -22,7 +22,7 @@ from ...models.model import Insertion, Layer, Model
 from ..models import UNKNOWN_TIP, half_angle
 from ..one_layer.loading_curves import FITS, LoadingCurve
 from ..one_layer.segmented_recording import SegmentedRecording, without_drift
-from ..replay import punctures_of_layers
+from ..replay import MIN_TOP_M, punctures_of_layers
 from ..strokes import strokes_of
 
 CONE_CYLINDER, POWER_LAW = FITS["gradual_cone_cylinder"], FITS["gradual_power_law"]
@@ -151,16 +151,18 @@ class InsertionProblem:
         return stacked(list(self.values_of_layers(x)), self.curve), self.contact + self.units[0] * float(x[0])
 
     def values_of_layers(self, x: np.ndarray) -> Iterator[dict[str, float]]:
-        """The parameters of each layer in SI, with its ``top`` below the first."""
-        surface = self.units[0] * float(x[0])
+        """The parameters of each layer in SI, with its ``top`` below the first and the onset of the one before."""
+        surface, before = self.units[0] * float(x[0]), 0.0
         for unit, row in zip(self.units, self.layers(x)):
             onset = unit * math.exp(row.log_onset)
             (name,), (amplitude,) = self.curve.shape, self.curve.amplitudes
             shape = math.exp(row.log_shape) * onset ** self.curve.shape[name].power
             (reached,) = self.curve.basis(np.float64(onset), np.float64(shape))
             force = self.scale * (math.exp(row.log_left) + row.friction * onset / unit + row.cutting)
+            top = max(unit * row.top - surface, before)
+            before = top + onset + MIN_TOP_M
             yield {
-                "top": unit * row.top - surface,
+                "top": top,
                 amplitude: min(force / float(reached), STIFFEST),
                 name: math.inf if name == "saturation_depth" and shape >= NO_SATURATION * onset else shape,
                 "rupture_onset": onset,
@@ -184,7 +186,8 @@ class InsertionProblem:
         """Each layer with its peak as it is, and all of the force behind it as cutting force."""
         rows = []
         for part, peak, begin, unit in zip(self.parts, self.peaks, self.begins, self.units):
-            top, before, behind = ((self.force[k] - self.zero) / self.scale for k in (peak, part.start, part.stop - 1))
+            ends = peak, part.start, min(part.stop, len(self.force) - 1)
+            top, before, behind = ((self.force[k] - self.zero) / self.scale for k in ends)
             onset, length, shape = map(math.log, START if "saturation_depth" in self.curve.shape else START_POWER)
             rows.append(
                 Scaled(
@@ -227,18 +230,20 @@ def stacked(
 ) -> Model:
     """The model of layers with the values of ``InsertionProblem.values_of_layers``; InputError for a value outside the
     range of a law."""
-    made = [
-        Layer(
-            top=values["top"],
-            stiffness=curve.stiffness(values, half_angle(needle)),
-            puncture=core.laws.PunctureDepth(values["rupture_onset"]),
-            friction=core.laws.YieldingCoulomb(
-                values["friction_per_length"], STEP_M, values["rupture_length"], values["rupture_exponent"]
-            ),
-            cutting=core.laws.ConstantCutting(values["cutting_force"], 2.0 * STEP_M),
+    made: list[Layer] = []
+    for values in layers:
+        above = made[-1].top + made[-1].puncture.depth + MIN_TOP_M if made else 0.0
+        made.append(
+            Layer(
+                top=max(values["top"], above),
+                stiffness=curve.stiffness(values, half_angle(needle)),
+                puncture=core.laws.PunctureDepth(values["rupture_onset"]),
+                friction=core.laws.YieldingCoulomb(
+                    values["friction_per_length"], STEP_M, values["rupture_length"], values["rupture_exponent"]
+                ),
+                cutting=core.laws.ConstantCutting(values["cutting_force"], 2.0 * STEP_M),
+            )
         )
-        for values in layers
-    ]
     first, *deeper = made
     return Model(
         stiffness=first.stiffness,
@@ -274,7 +279,7 @@ def problem_of(single: SegmentedRecording, layers: int | None) -> InsertionProbl
         filter_length=recording.card.filter_length,
     )
     for part, peak in zip(problem.parts, problem.peaks):
-        if not (part.stop - part.start >= MIN_SAMPLES and part.start < peak < part.stop - 1):
+        if not (part.stop - part.start >= MIN_SAMPLES and part.start < peak < part.stop):
             where = f"a puncture at {1e3 * problem.depth[peak]:.4g} mm"
             limit = f"at least {MIN_SAMPLES} are needed from the least force before it to that behind it"
             raise InputError("number of samples", part.stop - part.start, limit, where, "Record at a higher rate.")

@@ -20,7 +20,7 @@ from .cycle_values import CycleFit, CycleOptions
 from .deformation_fit import DeformationFit, fit_deformation
 from .gradual_fit import FirstLayer, fit_gradual
 from .loading_curves import FITS
-from .model_errors import widen_to_cover, with_misfit_below
+from .model_errors import widen_to_cover, widened, with_misfit_below
 from .segmented_recording import STAGE, SegmentedRecording, segmented, without_drift
 from .sharp_rupture import end_of_layer
 from .staged_fit import agrees, fit_by_stages
@@ -258,13 +258,20 @@ def _bracket(strokes: Strokes, puncture: Puncture) -> tuple[float, float]:
 
 def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
     """The fit with the puncture's interval limited to the bracket, in which the drop was measured. A fit that has its
-    puncture outside contradicts the measurement: its interval holds both."""
+    puncture outside contradicts the measurement: its interval holds both. What the model misses elsewhere moves it off
+    its fall so, in all repeats alike."""
     name = "puncture_depth"
-    if low <= fit.values[name] <= high:
+    value = fit.values[name]
+    if low <= value <= high:
         ends = max(fit.low[name], low), min(fit.high[name], high)
-    else:
-        ends = min(fit.low[name], low), max(fit.high[name], high)
-    return dataclasses.replace(fit, low=fit.low | {name: ends[0]}, high=fit.high | {name: ends[1]})
+        return dataclasses.replace(fit, low=fit.low | {name: ends[0]}, high=fit.high | {name: ends[1]})
+    less, more = max(fit.low[name] - low, 0.0), max(high - fit.high[name], 0.0)
+    moved = dict.fromkeys((name, "puncture_indentation"), (high if value < low else low) - value)
+    lows = fit.low | {each: fit.low[each] - less for each in moved}
+    highs = fit.high | {each: fit.high[each] + more for each in moved}
+    found = widened(fit, lows, highs, {"drop": moved})
+    shared = {each: (max(-change, 0.0), max(change, 0.0)) for each, change in moved.items()}
+    return dataclasses.replace(found, systematic=found.systematic | shared)
 
 
 def _or_none(arrays: tuple, options: CycleOptions) -> CycleFit | None:

@@ -107,7 +107,7 @@ def with_misfit_below(fit: CycleFit, strokes: Strokes, filter_length: int) -> tu
     parts = [_with_own_noise(each, filter_length) for each in strokes_below(fit, strokes)]
     if not parts or not parts[0].inwards or FITS[fit.law].foundation != "linear":
         return fit, ()
-    random = _random_shares(fit, parts)
+    random = _random_shares(fit, parts, filter_length)
     others = _disagreeing(fit, parts, random["friction_per_length"])
     fit = _with_slow_noise(fit, parts)
     if not others:
@@ -127,14 +127,16 @@ def _sentence(parts: list[Stroke], together: float) -> str:
     return (ELSEWHERE if agree else DISAGREE).format(own=words, together=together)
 
 
-def _random_shares(fit: CycleFit, parts: list[Stroke]) -> dict[str, float]:
+def _random_shares(fit: CycleFit, parts: list[Stroke], filter_length: int) -> dict[str, float]:
     """Share of the standard errors of friction and cutting force that the noise about the strokes' own lines gives."""
-    noises = dict(zip((True, False), fit.residuals.noises))
+    common = np.array([fit.values[name] for name in AFTER])
+    left = [part.force - part.design @ common for part in parts]
+    noises = [noise_of(each, len(each), filter_length, 1.0).long_run for each in left]
     grams = [part.design.T @ part.design for part in parts]
     bread = inverse(sum(grams))
     own, together = (
         (bread @ sum(noise * gram for noise, gram in zip(each, grams)) @ bread).diagonal()
-        for each in ([part.noise for part in parts], [noises[part.inwards].long_run for part in parts])
+        for each in ([part.noise for part in parts], noises)
     )
     return {name: math.sqrt(min(a / b, 1.0)) if b > 0.0 else 1.0 for name, a, b in zip(AFTER, own, together)}
 
