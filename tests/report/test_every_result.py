@@ -16,7 +16,7 @@ from needleforce import bench_tests, campaign, steering
 from needleforce.bench_tests import StressCurve, fit_stress, needle_modulus, nominal_stress, penetration_tests
 from needleforce.campaign.recording_result import RecordingResult, Trace
 from needleforce.display.result import Result
-from needleforce.identification import fit_indentation
+from needleforce.identification import fit_indentation, fit_unloading
 from needleforce.identification.comparison import Comparison
 from needleforce.identification.estimates import Estimate, EstimateResult, Parameters
 from needleforce.identification.result import Fit
@@ -55,6 +55,11 @@ def indentation() -> nf.identification.IndentationFit:
     depth, tip = np.linspace(-1e-3, 2e-3, 300), nf.tips.Sphere(2e-3)
     force = nf.contact(tip, depth=np.maximum(depth, 0.0), reduced_modulus=2e4).force
     return fit_indentation(depth, force + 1e-4 * np.random.default_rng(2).standard_normal(300), tip, poisson_ratio=0.5)
+
+
+def unloading() -> nf.identification.UnloadingFit:
+    depth, tip = np.linspace(2e-4, 0.0, 300), nf.tips.Sphere(2e-3)
+    return fit_unloading(depth, nf.contact(tip, depth=depth, reduced_modulus=2e4).force, tip, poisson_ratio=0.5)
 
 
 def many() -> campaign.Campaign:
@@ -110,7 +115,7 @@ def results() -> list[Result]:
     needles = penetration()
     run = steering.SteeredRun(**STEPS, tip=np.ones((5, 3)), shapes=(np.eye(3),), layers=(5e-3,), lost=LINE > 1.0)
     kinds = steering.SteeringFit, steering.ShapeFit, steering.WrenchFit
-    tissue = [stress(), bending(), needles, needles.tests[0], indentation(), *solids()]
+    tissue = [stress(), bending(), needles, needles.tests[0], indentation(), unloading(), *solids()]
     return [rows, many(), *map(steered, kinds), planned(), run, *tissue]
 
 

@@ -13,6 +13,7 @@ from .penetration_curve import NORMAL_95
 
 FIT_LENGTHS = (4, 6, 9, 13, 19, 28, 41, 60, 88, 129, 189, 277, 406, 595)  # [samples] of the fit at a peak
 MAX_SHIFT_SIGMA = 1.5  # [standard errors] by which a longer fit may move the peak
+SHIFTS = 2  # shorter fits whose difference is in the interval
 MAX_PLACES = 40  # places at which the fits before and after a peak may meet
 MAX_FIT_EXCESS = 2.0  # [standard errors] of the residual's variance over the noise, beyond which a fit is too long
 
@@ -74,7 +75,7 @@ def top_of(
             break
         if any(_has_moved(found, other, end - start + 1) for other in known):
             break
-        shift = found.value - known[-1].value if known else 0.0
+        shift = max((abs(found.value - each.value) for each in known[-SHIFTS:]), default=0.0)
         known.append(found)
         best = replace(found, error=float(np.hypot(found.error, shift)))  # the length was chosen, too
     after = min(best.at + 1, len(travel) - 1)
@@ -96,9 +97,9 @@ def top_of(
 
 def _has_moved(longer: "Top", shorter: "Top", near: int) -> bool:
     """Whether a longer fit moves the top. A shorter one is at the highest of several places among the ``near`` samples
-    and is above them by chance, so that the longer one may be lower by that."""
+    and is above them by chance, so that the longer one may be lower by half of that: a kink is lowered as well."""
     places = max(near / max(shorter.high - shorter.low + 1, 1), 1.0)
-    chance = (2.0 * math.log(places)) ** 0.5 if longer.value < shorter.value else 0.0
+    chance = 0.5 * (2.0 * math.log(places)) ** 0.5 if longer.value < shorter.value else 0.0
     return abs(longer.value - shorter.value) > (MAX_SHIFT_SIGMA + chance) * shorter.error
 
 

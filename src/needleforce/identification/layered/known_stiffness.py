@@ -13,7 +13,7 @@ from ..statistics.noise import TWO_SIDED, noise_of
 from .binned_cycle import BinnedCycle
 from .parameters import FRICTION_RATIO, TISSUE_STIFFNESS, logistic
 from .problem import KnownStiffness, Problem
-from .search import FINAL_STEPS, MIN_GAIN, Solved, again, best
+from .search import FINAL_STEPS, MIN_GAIN, Solved, again, best, with_exchanged_springs
 from .uncertainty import uncertainty_of
 
 MIN_RELATIVE_ERROR = 1e-6
@@ -106,7 +106,11 @@ def _searched(alone: Solved, known: tuple[KnownStiffness, ...], search: Search) 
         problem = replace(alone.problem, known=weighted(alone, known))
         held = problem.unknowns.held | {each.place for each in known} | {problem.unknowns.withdrawal}
         near = replace(problem, unknowns=replace(problem.unknowns, held=held))
-        starts = [near.solve(x, FINAL_STEPS)[0] for x in _at_the_values(problem, alone.x)]
+        begun = [alone.x] + [
+            with_exchanged_springs(problem.unknowns, alone.x, upper, upper + 1)
+            for upper in range(problem.unknowns.layers - 1)
+        ]
+        starts = [near.solve(x, FINAL_STEPS)[0] for each in begun for x in _at_the_values(problem, each)]
         found = search(problem, [alone.x, *starts])
         freed = again(found, found.x, known=())
         if not freed.cost < (1.0 - MIN_GAIN) * alone.cost:

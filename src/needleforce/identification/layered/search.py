@@ -109,7 +109,7 @@ def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np
     below both ruptures, so that only the strokes above the deeper one distinguish them; and with a contact that
     saturates elsewhere on the way to the rupture of one of the layers, or not at all."""
     for upper, lower in itertools.combinations(range(unknowns.layers), 2):
-        yield _with_exchanged_springs(unknowns, x, upper, lower)
+        yield with_exchanged_springs(unknowns, x, upper, lower)
         yield _with_equal_springs(unknowns, x, upper, lower)
     for layer in range(unknowns.layers):
         reached = indentations(unknowns, x)[layer]
@@ -117,7 +117,7 @@ def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np
             yield with_saturation(unknowns, x, layer, depth)
 
 
-def _with_exchanged_springs(unknowns: LayeredParameters, x: np.ndarray, one: int, other: int) -> np.ndarray:
+def with_exchanged_springs(unknowns: LayeredParameters, x: np.ndarray, one: int, other: int) -> np.ndarray:
     """The vector with friction, spring and surface at rest of two layers exchanged."""
     x = x.copy()
     layers = x[: unknowns.relaxing].reshape(unknowns.layers, PER_LAYER)  # a view

@@ -38,7 +38,7 @@ KINK_MM, KINK_STEP_MM = 0.5, 0.1  # [mm] of the slope above and below a rupture 
 SCATTER = 0.2  # [of the indentation] of a rupture between repeats, at most
 BEFORE_PUNCTURE_MM = 0.1  # [mm] above the peak, where the fall has not begun
 TOP_SHARES = (-0.3, 0.05, 0.4)  # [of the distance between two punctures] starts of a layer's top below the upper one
-FRICTION_RATIOS, RESTING_SURFACES_MM = (-2.5, -1.0, 0.3), (0.5, 2.0)
+FRICTION_RATIOS, RESTING_SURFACES_MM = (-3.0, -2.0, -1.0, 0.0, 1.0), (0.5, 2.0)
 """Starts of a layer after its rupture: from a friction that holds next to nothing to one that hides the rupture."""
 SPRINGS = np.log(np.geomspace(60.0, 800.0, 6))  # [N/m] starts of the springs, which only a reversal shows
 MAX_SLOPE_SHARE = 0.45  # [of the spring] the friction's share of it beyond which there is no start
