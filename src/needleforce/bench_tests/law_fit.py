@@ -30,7 +30,7 @@ GRID = 61  # exponents of the search, from -MAX_EXPONENT to MAX_EXPONENT
 N_STARTS = 5  # sets of exponents, each of its own valley
 N_BOUNDED = 2  # of these, also fitted within the bounds, at which a coefficient may end
 MAX_COMPARED = 500  # best sets
-MAX_STEPS = 300  # which an exact curve takes, depending on rounding; a noisy one 20
+MAX_STEPS = 600  # an exact curve takes up to 300 of them, depending on rounding; a noisy one 20
 _OPTIONS = {"ftol": 1e-10, "xtol": 1e-10, "gtol": 1e-15, "x_scale": "jac"}
 SEARCH_READINGS = 200  # the search uses about so many
 
