@@ -147,6 +147,10 @@ def test_a_mount_that_rattles_is_named_and_in_the_intervals(play, seeds):
 
 FOUND = {  # an error that repeats share, by the names of what it changes and their true values
     "another friction outwards": ({"outwards": 0.65}, {"friction_per_length": FRICTION, "cutting_force": CUTTING}),
+    "friction outwards that one recording cannot tell": (
+        {"outwards": 0.95},
+        {"friction_per_length": FRICTION, "cutting_force": CUTTING},
+    ),
     "a surface that grips": ({"grip": 0.01}, {"friction_per_length": FRICTION, "cutting_force": CUTTING}),
     "a lag": ({"lag": 0.03}, {"contact_depth": CONTACT, "puncture_depth": PUNCTURE, "cutting_force": CUTTING}),
     "another law": (

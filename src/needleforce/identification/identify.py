@@ -60,6 +60,7 @@ from .one_layer.cycle_values import estimates_of
 from .one_layer.fit_recording import fitted, limited
 from .one_layer.loading_curves import FITS
 from .one_layer.machine_stiffness import at_tip, behind, machine_stiffness_of, with_machine
+from .one_layer.model_errors import with_shared_readings
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .result import Fit
@@ -315,7 +316,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
     for single in answering:
         single.fits[law] = limited(single, law)
     own = {single: _own(single, law, given) for single in answering}
-    parameters = pool(list(own.values()))
+    parameters = with_shared_readings(pool(list(own.values())), [single.fits[law] for single in answering])
     two_pass, replaced, refused = None, {}, {}
     if seconds:
         from .two_pass.subtraction import two_pass_estimates

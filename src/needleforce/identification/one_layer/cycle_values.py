@@ -83,6 +83,9 @@ class FittedValues:
     causes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By each error of the model that is in the intervals, how far the values move together, at the level of the
     intervals; see ``model_errors``."""
+    strokes_alone: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    """By each stroke, how far the values move if it alone decides on friction, also where that is within the noise of
+    one recording."""
 
 
 def limits(values: Mapping[str, float], half: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:

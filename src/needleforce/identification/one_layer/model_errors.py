@@ -11,12 +11,13 @@ kept apart from what noise gives, in ``systematic``, and how it moves the values
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..statistics.noise import TWO_SIDED, noise_of, slow_noise
+from ..estimates import Estimate
+from ..statistics.noise import TWO_SIDED, noise_of, slow_noise, student_quantile
 from ..statistics.regression import inverse
 from ..strokes import Strokes
 from .cycle_values import CycleFit
@@ -108,6 +109,7 @@ def with_misfit_below(fit: CycleFit, strokes: Strokes, filter_length: int) -> tu
     if not parts or not parts[0].inwards or FITS[fit.law].foundation != "linear":
         return fit, ()
     random = _random_shares(fit, parts, filter_length)
+    fit = replace(fit, strokes_alone=_strokes_alone(fit, parts))
     others = _disagreeing(fit, parts, random["friction_per_length"])
     fit = _with_slow_noise(fit, parts)
     if not others:
@@ -187,6 +189,43 @@ def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, 
             other = _with_friction(fit, parts[0], float(each[0][0]), float(each[1][0]), float(level))
             found["insertion" if part.inwards else "withdrawal"] = other
     return found
+
+
+def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, float]]:
+    """How far friction and cutting force move if one stroke alone decides on friction, and if the level at which the
+    withdrawal ends is one of the insertion too."""
+    found = {}
+    for part in parts:
+        (friction, level), _ = part.own()
+        moved = _with_friction(fit, parts[0], float(friction), 0.0, 0.0).values
+        found["insertion" if part.inwards else "withdrawal"] = {name: moved[name] - fit.values[name] for name in AFTER}
+        if not part.inwards:
+            found["level"] = dict(zip(AFTER, (0.0, float(level))))
+    return found
+
+
+def with_shared_readings(pooled: dict[str, Estimate], cycles: Sequence[CycleFit]) -> dict[str, Estimate]:
+    """Pooled estimates whose intervals hold what a stroke alone gives where repeats show together, by Student's t at
+    the level of the intervals, that it differs: a difference within the noise of each may be none of their mean. Two
+    tests are independent: one in ten conditions that follow the model is widened for nothing."""
+    n = len(cycles)
+    shared = set.intersection(*(set(each.strokes_alone) for each in cycles)) if n > 1 else set()
+    for cause in sorted(shared):
+        moved = np.array([[each.strokes_alone[cause][name] for name in AFTER] for each in cycles])
+        mean, error = moved.mean(axis=0), student_quantile(n - 1) * moved.std(axis=0, ddof=1) / math.sqrt(n)
+        if (np.abs(mean) > error).any():
+            pooled |= {
+                name: _holding(pooled[name], float(change)) for name, change in zip(AFTER, mean) if name in pooled
+            }
+    return pooled
+
+
+def _holding(estimate: Estimate, change: float) -> Estimate:
+    """The estimate with an interval that holds its value after a ``change``, with its random error."""
+    value, (below, above) = estimate.value, estimate.systematic
+    below, above = max(below, -change), max(above, change)
+    low, high = min(estimate.low, value - below - estimate.random), max(estimate.high, value + above + estimate.random)
+    return replace(estimate, low=max(low, min(estimate.low, 0.0)), high=high, systematic=(below, above))
 
 
 def _with_friction(fit: CycleFit, insertion: Stroke, friction: float, half: float, level: float) -> CycleFit:
