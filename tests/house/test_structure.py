@@ -10,15 +10,15 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 331,
-    "lines": 61_650,
+    "Python files": 338,
+    "lines": 63_850,
     "modules with one importer": 44,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 12,
     "files that run in `nf.read(file)`": 26,
-    "files that run in `nf.identify(recording)`": 39,
-    "stays in files on the path through `read`": 113,
-    "returns to a file on the path through `read`": 80,
+    "files that run in `nf.identify(recording)`": 40,
+    "stays in files on the path through `read`": 111,
+    "returns to a file on the path through `read`": 79,
     "calls with six or more positional arguments": 0,
 }
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from needleforce.recording.quantities import AXES, split
@@ -8,6 +9,11 @@ from needleforce.recording.roles import assign_columns
 from needleforce.recording.table import Table
 
 ALL = ("time", "depth", "velocity", "force", *AXES)
+
+
+def table_of(headers):
+    """A table of some columns whose values are below and above zero."""
+    return Table(path=Path("x"), headers=headers.split(","), read_column=lambda _: np.linspace(-1.0, 1.0, 9))
 
 
 @pytest.mark.parametrize(
@@ -40,12 +46,12 @@ def test_a_header_is_a_name_and_a_unit(header, name, unit):
     ],
 )
 def test_common_headers_are_recognised(headers, found):
-    chosen = assign_columns(Table(path=Path("x"), headers=headers.split(",")), {}).chosen(ALL)
+    chosen = assign_columns(table_of(headers), {}).chosen(ALL)
     assert {quantity: column.index for quantity, column in chosen.items()} == found
 
 
 def test_given_headers_override_recognised_ones():
-    chosen = assign_columns(Table(path=Path("x"), headers=["time", "fz", "load", "pz"]), {"force": "load"}).chosen(ALL)
+    chosen = assign_columns(table_of("time,fz,load,pz"), {"force": "load"}).chosen(ALL)
     assert chosen["force"].index == 2
 
 
