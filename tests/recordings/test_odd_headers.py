@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Headers with keywords under them, stray cells beside them, and units that do not fit or stand for a name: for each
+"""Headers with keywords under them, stray cells next to them, and units that do not fit or stand for a name: for each
 the public case, and further files of its kind, by value."""
 
 import numpy as np
@@ -82,7 +82,7 @@ def test_public_case_11(recordings):
 # --- stray cells to the right of a table
 
 
-def beside(lines, cells, first=0, gap=1, sep="\t", pad=False):
+def next_to(lines, cells, first=0, gap=1, sep="\t", pad=False):
     """Lines with further cells beyond ``gap`` empty ones, from the line ``first`` on; ``pad`` fills all other lines."""
     width, out = max(len(each.split(sep)) for each in lines), []
     for k, line in enumerate(lines):
@@ -119,7 +119,7 @@ PAIRS = [[f"{0.01 * k:.3f}", f"{0.1 * k:.2f}"] for k in range(900)]
     ],
 )
 def test_cells_beyond_an_empty_column_change_nothing(tmp_path, first, cells, gap, pad):
-    path = written(tmp_path, beside(TAB, cells, first, gap, pad=pad), "run.txt")
+    path = written(tmp_path, next_to(TAB, cells, first, gap, pad=pad), "run.txt")
     look = nf.read(path, baseline=False, dry_run=True)
     assert [each.header for each in look.columns][:4] == ["Points", "Time", "Disp", "Load"], look.problem
     assert [each.quantity for each in look.columns][:4] == ["", "time", "depth", "force"]

@@ -16,14 +16,14 @@ from ..recording.source import RecordingSource
 from .comparison import Comparison, ModelRow
 from .cross_validation import cross_validate
 from .diagnostics import FitInputs
-from .identify import Progress, assemble, paired
+from .identify import Progress, assemble
 from .models import BENT, COMPARED, LAYERED, MODELS, SAME_FORCE, needle_saturation, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import fit_single
 from .one_layer.loading_curves import FITS
 from .one_layer.segmented_recording import SegmentedRecording
 from .one_layer.staged_fit import forms_after_puncture
-from .repeats import differing_repeats
+from .repeats import differing_repeats, paired
 from .result import Fit
 from .statistics.regression import criterion, independent_samples
 

@@ -10,9 +10,7 @@ from ..core import Needle
 from ..errors import InputError
 from ..models.model import Model
 from ..preset_files import model_name, needle_of
-from ..recording import Recording
-from ..recording.recording import copies
-from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
+from ..recording.source import RecordingSource
 from .diagnostics import (
     NO_MODEL,
     FitInputs,
@@ -63,6 +61,7 @@ from .one_layer.machine_stiffness import at_tip, behind, machine_stiffness_of, w
 from .one_layer.model_errors import with_shared_readings
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
+from .repeats import paired
 from .result import Fit
 from .strokes import presliding_of
 
@@ -382,43 +381,3 @@ def _model(
         return model_of(values, law, needle, f"identified_{law}", reference_of(singles)), ()
     except InputError as error:
         return None, (NO_MODEL.format(error),)
-
-
-def paired(recordings: RecordingSource, seconds: RecordingSource) -> tuple[list[Recording], list[Recording | None]]:
-    """Both as lists; the second empty, or as long as the first.
-
-    Raises InputError for an object that is not a recording, no recording, lists that do not pair, and a file given
-    twice.
-    """
-    recordings = recordings_of(recordings)
-    seconds = [None if each is None else recording_of(each) for each in _listed(seconds)]
-    if not recordings:
-        raise InputError("number of recordings", 0, "at least 1 is needed", next_step="Give nf.read(path).")
-    if seconds and len(seconds) != len(recordings):
-        raise InputError(
-            "number of second passes",
-            len(seconds),
-            f"it must be that of the recordings, {len(recordings)}",
-            next_step="Give one second pass for each recording, in the same order, None for a missing one.",
-        )
-    _different([*recordings, *(second for second in seconds if second is not None)])
-    return recordings, seconds
-
-
-def _listed(sources: Any) -> list:
-    """One source or several as a list."""
-    several = isinstance(sources, list | tuple) and not is_arrays(sources)
-    return list(sources) if several else [sources]
-
-
-def _different(recordings: list[Recording]) -> None:
-    """Raises InputError for readings given twice, which would count as a repeat and make the intervals too narrow."""
-    for k, first in copies(recordings).items():
-        one, other = recordings[k].card, recordings[first].card
-        what = (
-            "the same bytes as"
-            if one.sha256 == other.sha256
-            else "the same readings, saved in another way, as those of"
-        )
-        same = f"{what} {other.source}"
-        raise InputError("content of the file", same, "given twice", one.source, "Give each file once.")

@@ -1,10 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether repeats are of one needle and one specimen: their loading curves from the contact, compared in size."""
+"""Repeats as given, each once and with its second pass; and whether they are of one needle and one specimen: their
+loading curves from the contact, compared in size."""
 
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
+from ..errors import InputError
+from ..recording import Recording
+from ..recording.recording import copies
+from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
 from ..segmentation.strokes import white_noise
 from ..vocabulary import SMALLEST
 from .one_layer.segmented_recording import SegmentedRecording
@@ -22,6 +28,46 @@ _GROUP_QUANTILES = (
     (4, 24.96), (5, 14.97), (6, 11.03), (7, 9.07), (8, 7.91), (9, 7.17), (10, 6.60), (12, 5.94), (15, 5.30),
     (20, 4.75), (30, 4.23), (50, 3.85), (100, 3.73),
 )  # fmt: skip
+
+
+def paired(recordings: RecordingSource, seconds: RecordingSource) -> tuple[list[Recording], list[Recording | None]]:
+    """Both as lists; the second empty, or as long as the first.
+
+    Raises InputError for an object that is not a recording, no recording, lists that do not pair, and a file given
+    twice.
+    """
+    recordings = recordings_of(recordings)
+    seconds = [None if each is None else recording_of(each) for each in _listed(seconds)]
+    if not recordings:
+        raise InputError("number of recordings", 0, "at least 1 is needed", next_step="Give nf.read(path).")
+    if seconds and len(seconds) != len(recordings):
+        raise InputError(
+            "number of second passes",
+            len(seconds),
+            f"it must be that of the recordings, {len(recordings)}",
+            next_step="Give one second pass for each recording, in the same order, None for a missing one.",
+        )
+    _different([*recordings, *(second for second in seconds if second is not None)])
+    return recordings, seconds
+
+
+def _listed(sources: Any) -> list:
+    """One source or several as a list."""
+    several = isinstance(sources, list | tuple) and not is_arrays(sources)
+    return list(sources) if several else [sources]
+
+
+def _different(recordings: list[Recording]) -> None:
+    """Raises InputError for readings given twice, which would count as a repeat and make the intervals too narrow."""
+    for k, first in copies(recordings).items():
+        one, other = recordings[k].card, recordings[first].card
+        what = (
+            "the same bytes as"
+            if one.sha256 == other.sha256
+            else "the same readings, saved in another way, as those of"
+        )
+        same = f"{what} {other.source}"
+        raise InputError("content of the file", same, "given twice", one.source, "Give each file once.")
 
 
 def differing_repeats(singles: Sequence[SegmentedRecording]) -> Iterator[str]:

@@ -256,7 +256,8 @@ def presliding_of(friction_reversal: FrictionReversal) -> Estimate:
     """``presliding`` [m] of the friction law."""
     source = "travel from the start of the withdrawal to half of the friction reversal"
     if not friction_reversal.measured:
-        source = f"friction reversal too short to measure: {MIN_REVERSAL_RATIO:g} times the range of the depth at rest"
+        limit = f"{MIN_REVERSAL_RATIO:g} times the range of the depth at rest"
+        source = f"friction reversal too short to measure: less than {limit}"
     half, low, high = friction_reversal.half, friction_reversal.low, friction_reversal.high
     return Estimate(
         "presliding", half, UNITS["presliding"], low, high, identifiable=friction_reversal.measured, source=source
