@@ -40,6 +40,7 @@ _HOME = {
     "identify": "identification",
     "compare": "identification",
     "Fit": "identification",
+    "study": "studies.study",
     "Phase": "vocabulary",
     "Status": "vocabulary",
     "InputError": "errors",

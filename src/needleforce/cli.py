@@ -24,6 +24,7 @@ from .commands import (
     rig,
     simulate,
     steer,
+    study,
 )
 
 app = typer.Typer(
@@ -38,6 +39,7 @@ for command in (
     simulate,
     identify,
     campaign,
+    study,
     compare,
     indentation,
     penetration,

@@ -35,6 +35,7 @@ ALLOWED = {
     "control": MODELS,
     "fe": MODELS | {"recording", "segmentation", "identification"},
     "steering": MODELS | {"display", "recording"},
+    "studies": MODELS | {"recording", "segmentation", "identification", "rig", "control", "fe", "running"},
     "references": set(),
     "export": MODELS,
 }

@@ -1,0 +1,179 @@
+# SPDX-License-Identifier: Apache-2.0
+"""``study``: simulate the insertions of a question on all cores, and say what its outputs depend on."""
+
+import json
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import InputError
+from ..files import MAX_RESULT_BYTES, read_text
+from ..running import run_tasks
+from .blocks import BlockFolder
+from .design import DesignResult, designed
+from .factors import GRID_TAIL
+from .insertions import Block, Setting, model_of_row, preset_table, sampled_motion, simulated
+from .posterior import posterior_of
+from .question import Question, read_question
+from .result import StudyResult
+from .rows import number_of_rows, unit_rows
+
+ROWS_OF_A_BLOCK = 500  # rows of one task: a tenth of a second of processor or more, and the rows of one file
+ROWS_TRIED = 5  # to estimate the time of a study
+ASK_ABOVE_SECONDS = 3600.0  # time or size of a study for which it is asked whether it is meant
+ASK_ABOVE_BYTES = 10 << 30
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a study takes: insertions, processor time [s] and bytes of the result."""
+
+    insertions: int
+    seconds: float
+    size: float
+
+    def __str__(self) -> str:
+        hours = f"{self.seconds / 3600.0:.2g} h" if self.seconds > 3600.0 else f"{self.seconds:.2g} s"
+        return f"{self.insertions} insertions, {hours} of processor time, {self.size / 1e9:.2g} GB"
+
+
+def study(
+    source: str | os.PathLike | Mapping,
+    *,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    out: str | os.PathLike | None = None,
+    yes: bool = False,
+    progress: Callable | None = None,
+) -> StudyResult | DesignResult:
+    """Answer a question about simulated insertions: what its outputs are, and which factors they depend on.
+
+    Parameters
+    ----------
+    source : str, os.PathLike or mapping
+        A study file (TOML), or a mapping with the same keys; the tables are described in docs/studies.md.
+    jobs : int, optional
+        Processes; the default is one for each core.
+    scheduler : str, optional
+        ``"local"`` or the address of a Dask scheduler; needs the extra ``cluster``.
+    out : str or os.PathLike, optional
+        Folder for the result, in blocks of Parquet with a card. A study that was stopped continues there. Needs
+        pyarrow.
+    yes : bool
+        Whether a study of more than an hour or 10 GB is meant.
+    progress : callable, optional
+        ``progress(iterable, text)`` wraps the work, for a progress bar.
+
+    Returns
+    -------
+    StudyResult or DesignResult
+        The same for the same question, whatever the number of processes.
+
+    Raises
+    ------
+    InputError
+        For a factor that the model does not have, limits outside the range of a law, an output that the question cannot
+        give, a folder of another study, or a study that is larger than meant.
+    """
+    question = read_question(source)
+    setting = setting_of(question, Path.cwd() if isinstance(source, Mapping) else Path(source).parent)
+    draws = setting.posterior.size if setting.posterior is not None else 0
+    _check_ends(setting)
+    if question.study.method == "design":
+        return designed(setting, partial(run_tasks, jobs=jobs, scheduler=scheduler))
+    count = number_of_rows(question, setting.factors, draws)
+    if question.recordings is not None and out is None:
+        raise InputError("out", "missing", "recordings are written to a folder", next_step="Give out=, or -o.")
+    _check_cost(setting, count, jobs, yes)
+    folder = None if out is None else BlockFolder.of(Path(out), question)
+    rows = unit_rows(question, setting.factors, draws)
+    starts = range(0, len(rows), ROWS_OF_A_BLOCK)
+    found = {} if folder is None else folder.done(len(starts))
+    tasks = [Block(setting, k, rows[k : k + ROWS_OF_A_BLOCK]) for k in starts]
+    waiting = [number for number in range(len(tasks)) if number not in found]
+    outcomes = run_tasks(simulated, [tasks[number] for number in waiting], jobs=jobs, scheduler=scheduler)
+    for index, outcome in progress(outcomes, "simulating") if progress else outcomes:
+        if isinstance(outcome, Exception):
+            raise outcome
+        found[waiting[index]] = _kept(folder, question, waiting[index], outcome)
+    columns = _joined([found[number] for number in range(len(tasks))])
+    result = StudyResult(question, tuple(setting.factors), rows, columns)
+    if folder is not None:
+        folder.finish(result)
+    return result
+
+
+def _kept(folder: BlockFolder | None, question: Question, number: int, columns: dict) -> dict[str, np.ndarray]:
+    """The columns of a block, written to the folder where there is one, without those of recordings."""
+    if folder is None:
+        return columns
+    if question.recordings is not None:
+        columns = folder.write_recordings(number, columns, question.recordings.format)
+    return folder.write(number, columns)
+
+
+def setting_of(question: Question, folder: Path) -> Setting:
+    """What the insertions of a question share. Raises InputError for a preset, fit or factor that cannot be used."""
+    if question.model.preset:
+        setting = Setting(question, preset_table(question.model.preset, folder), None, folder)
+    else:
+        document = json.loads(read_text(folder / question.model.fit, "fit", MAX_RESULT_BYTES))
+        if not isinstance(document.get("preset"), dict):
+            raise InputError("fit", question.model.fit, "it has no model", next_step="Identify again with --json.")
+        posterior = posterior_of(document, question.model.fit) if question.posterior else None
+        setting = Setting(question, document["preset"], posterior, folder)
+    setting.factors  # raises for what the model does not have, before any work  # noqa: B018
+    return setting
+
+
+def _check_ends(setting: Setting) -> None:
+    """Raise InputError for a factor whose ends alone leave the range of its law."""
+    middle = setting.posterior.size if setting.posterior is not None else 0
+    for factor in setting.factors:
+        ends = (0.0, 1.0) if factor.spread == "ends" else (GRID_TAIL, 1.0 - GRID_TAIL)
+        for end in ends:
+            value = factor.values(np.array([end]))[0]
+            changes = {factor.place: factor.to_si(value)}
+            try:
+                model_of_row(setting, np.full(middle, 0.5), changes)
+                for section in setting.question.motion:
+                    sampled_motion(section, changes)
+            except InputError as error:
+                limit = f"its value {value} cannot be used: {error}".split("\n")[0]
+                raise InputError("factor", repr(factor.name), limit, next_step="Change its numbers.") from None
+
+
+def cost_of(setting: Setting, count: int) -> Cost:
+    """The cost of a study, from a few of its insertions."""
+    draws = setting.posterior.size if setting.posterior is not None else 0
+    width = len(unit_columns(setting)) + draws
+    rows = np.random.default_rng(0).uniform(0.2, 0.8, (ROWS_TRIED, width))
+    started = time.process_time()
+    columns = simulated(Block(setting, 0, rows))
+    seconds = (time.process_time() - started) / ROWS_TRIED
+    size = sum(each.nbytes for each in columns.values()) / ROWS_TRIED
+    return Cost(count * len(setting.question.motion), count * seconds, count * size)
+
+
+def unit_columns(setting: Setting) -> list[str]:
+    """The independent columns of a study without those of a posterior."""
+    return list(dict.fromkeys(factor.group or factor.name for factor in setting.factors))
+
+
+def _check_cost(setting: Setting, count: int, jobs: int | None, yes: bool) -> None:
+    if yes or count <= 10 * ROWS_OF_A_BLOCK:
+        return
+    cost = cost_of(setting, count)
+    spread = cost.seconds / (jobs or os.cpu_count() or 1)
+    if spread > ASK_ABOVE_SECONDS or cost.size > ASK_ABOVE_BYTES:
+        limit = f"above {ASK_ABOVE_SECONDS / 3600:.0f} h or {ASK_ABOVE_BYTES / 1e9:.0f} GB it has to be confirmed"
+        raise InputError("size of the study", str(cost), limit, next_step="Give --yes, or fewer samples.")
+
+
+def _joined(blocks: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
+    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
