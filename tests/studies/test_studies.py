@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Studies against closed forms: shares of variance, probabilities, moments, posteriors; folders that continue; questions
-that are refused."""
+"""Studies against closed forms: shares of variance, probabilities, moments, posteriors; folders that continue;
+questions that are refused."""
 
 import json
 import math
@@ -199,6 +199,42 @@ def test_a_page_and_json_show_what_matters(tmp_path):
     page = (tmp_path / "study.html").read_text(encoding="utf-8")
     assert "friction: per length [N/mm]" in page and "What matters" in page and page.count("<svg") >= 8
     assert json.loads(result.to_json())["indices"][0]["factors"] == [FRICTION["name"], CUTTING["name"]]
+
+
+def test_a_needle_that_bends_in_a_study_is_that_of_the_engine():
+    bending = {"foundation_kPa": 50.0, "bevel_half_angle_deg": 20.0, "target_mm": [0.0, 0.0, 15.0]}
+    question = asked(
+        {"method": "grid"},
+        factor=[{"name": "bending.foundation_kPa", "distribution": "choices", "choices": [20.0, 80.0]}],
+        motion={"depth_mm": 15.0, "withdraw": False},
+        bending=bending,
+        output=[{"quantity": "tip_deflection"}, {"quantity": "target_error"}],
+    )
+    table = nf.study(question, jobs=1).to_dataframe()
+    model = nf.preset("paper")
+    motion = nf.Motion.insert(-5e-3, 3e-3, 15e-3, withdraw=False)
+    depth, _ = motion.at(np.arange(math.floor(motion.duration * 500.0) + 1) / 500.0)
+    for foundation, deflection, error in zip((2e4, 8e4), table["tip_deflection"], table["target_error"]):
+        bevel = nf.core.Bevel(half_angle=math.radians(20.0), face_share=1.0)
+        engine = nf.FlexibleInsertion(model, model.needle, lateral=foundation, bevel=bevel, max_speed=math.inf)
+        tip = engine.run(depth, dt=1.0 / 500.0)["tip"][np.argmax(depth)]
+        assert deflection == pytest.approx(np.hypot(*tip[:2]), rel=1e-9) and deflection > 1e-6
+        assert error == pytest.approx(np.linalg.norm(tip - [0.0, 0.0, 15e-3]), rel=1e-9)
+
+
+def test_rest_in_a_device_is_the_proof_of_rest():
+    from needleforce.control import Device, rest_in_loop
+    from needleforce.control.rest import RESTS
+
+    question = asked(
+        {"method": "grid"},
+        factor=[{"name": "cutting.force_N", "distribution": "choices", "choices": [0.05, 0.1]}],
+        device={"mass_g": 500.0, "damping_N_s_per_m": 5.0},
+        output=[{"quantity": "rests"}],
+    )
+    table = nf.study(question, jobs=1).to_dataframe()
+    verdict = rest_in_loop(nf.preset("paper"), Device(mass=0.5, damping=5.0, stiffness=0.0, rate=1000.0)).verdict
+    assert set(table["rests"]) == {float(verdict == RESTS)}
 
 
 REFUSED = [

@@ -21,7 +21,12 @@ MOTION_KEYS = {
     "hold_s": 1.0,
     "acceleration_mm_s2": 1e-3,
 }
-BENDING_KEYS = {"foundation_kPa": 1e3, "bevel_half_angle_deg": math.pi / 180.0, "bevel_friction": 1.0}
+BENDING_KEYS = {
+    "foundation_kPa": 1e3,
+    "bevel_half_angle_deg": math.pi / 180.0,
+    "bevel_friction": 1.0,
+    "bevel_face_share": 1.0,
+}
 # ending of a name -> unit as on an axis, the longest first
 _UNITS = {
     each: each.replace("_per_", "/").removeprefix("per_").replace("m2", "m²").replace("m/s", "m/s").replace("_", " ")

@@ -112,6 +112,7 @@ def _value(question: Question, output: Output, model: Model, run: Run) -> Any:
     if output.quantity != "rests":
         return output.kind.value(run, output)
     from ..control import Device, rest_in_loop
+    from ..control.rest import RESTS
 
     given = question.device
     device = Device(
@@ -121,7 +122,7 @@ def _value(question: Question, output: Output, model: Model, run: Run) -> Any:
         rate=given.rate_hz,
     )
     depth = None if given.depth_mm is None else 1e-3 * given.depth_mm
-    return float(rest_in_loop(model, device, depth=depth).verdict == "rests")
+    return float(rest_in_loop(model, device, depth=depth).verdict == RESTS)
 
 
 def model_of_row(setting: Setting, row: np.ndarray, changes: dict) -> Model:
@@ -208,7 +209,9 @@ def _run(
     if model.needle is None:
         raise InputError("needle", "none", "a needle that bends has one", next_step="Add [needle] to the preset.")
     bevel = core.Bevel(
-        half_angle=math.radians(given["bevel_half_angle_deg"]), friction_coefficient=given["bevel_friction"]
+        half_angle=math.radians(given["bevel_half_angle_deg"]),
+        friction_coefficient=given["bevel_friction"],
+        face_share=given["bevel_face_share"],
     )
     guide = given["guide_distance_mm"]
     engine = FlexibleInsertion(

@@ -56,9 +56,7 @@ def _tornadoes(result: StudyResult) -> Iterable[Figure]:
         output = next(each for each in result.outputs if each.name == name)
         height = 80.0 + ROW_POINTS * min(len(found.names), 20)
         title = f"{name.replace('_', ' ')}, {motion}"
-        caption = (
-            "Share of the variance that a factor explains, alone and with interactions; lines: 95 % intervals."
-        )
+        caption = "Share of the variance that a factor explains, alone and with interactions; lines: 95 % intervals."
         if result.question.study.analysis != "sobol":
             caption = "The index of each factor; lines: 95 % intervals."
 
@@ -116,9 +114,7 @@ def _effects(result: StudyResult, outputs: list[Output]) -> Iterable[Figure]:
 
             rows = -(-len(shown) // 3), -(-len(shown) // 2)
             title = f"{output.name.replace('_', ' ')}, {motion}"
-            caption = (
-                "Mean in each tenth of a factor's distribution, all values of the others; bands: 95 % intervals."
-            )
+            caption = "Mean in each tenth of a factor's distribution, all values of the others; bands: 95 % intervals."
             yield Figure(
                 name=f"effects-{output.name}-{_slug(motion)}",
                 draw=draw,

@@ -90,6 +90,7 @@ class BendingSection(Section):
     foundation_kPa: float
     bevel_half_angle_deg: float = 90.0
     bevel_friction: float = 0.0
+    bevel_face_share: float = 1.0
     guide_distance_mm: float | None = None
     elements: int = 40
     target_mm: tuple[float, float, float] | None = None
