@@ -99,7 +99,8 @@ def test_the_result_does_not_depend_on_processes_and_continues(tmp_path):
     question = asked({"samples": 1024}, output=[DEEP, {"quantity": "curve", "points": 20}])
     alone = nf.study(question, jobs=1, out=tmp_path / "one")
     nf.study(question, jobs=2, out=tmp_path / "two")
-    files = sorted(path.relative_to(tmp_path / "one") for path in (tmp_path / "one").rglob("*.*"))
+    found = (tmp_path / "one").rglob("*.*")
+    files = sorted(path.relative_to(tmp_path / "one") for path in found if path.parent.name != "state")
     assert len(files) >= 4
     for file in files:
         assert (tmp_path / "one" / file).read_bytes() == (tmp_path / "two" / file).read_bytes()

@@ -2,7 +2,6 @@
 """The folder of a study: its card and a Parquet file for each block, so that a stopped study continues."""
 
 import json
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,47 +10,57 @@ import numpy as np
 from ..errors import InputError
 from ..files import atomic_write, json_safe
 from ..recording.formats.parquet import pyarrow_for
+from ..state_folder import StateFolder, key_of
 from ..vocabulary import __version__
 from .question import Question
 
-CARD = "study.json"
+CARD, BLOCKS = "study.json", "blocks"
 RECORDED = ("split", "repeat", "rate", "depth", "force", "phase", "puncture_depths")
 """Columns of a recording."""
 
 
-@dataclass(frozen=True)
 class BlockFolder:
-    """A folder with the blocks of one question."""
+    """A folder with the blocks of one question, which one program at a time can fill.
 
-    path: Path
-    question: Question
+    Raises InputError for a folder of another study or version, or one in which another program works.
+    """
 
-    @classmethod
-    def of(cls, path: Path, question: Question) -> "BlockFolder":
-        """The folder, made with its card if it is not there. Raises InputError for a folder of another study."""
+    def __init__(self, path: Path, question: Question):
         pyarrow_for("a study's result")
+        self.path, self._question = path, question
         card = {"study": question.document(), "digest": question.digest(), "needleforce": __version__}
         if (path / CARD).exists():
-            found = json.loads((path / CARD).read_text(encoding="utf-8"))
-            for key, what in (("digest", "another study"), ("needleforce", f"version {found.get('needleforce')}")):
-                if found.get(key) != card[key]:
-                    step = "Give another folder, or remove this one."
-                    raise InputError("folder of the study", str(path), f"it holds the result of {what}", next_step=step)
+            self._compare(card)
         elif path.exists() and any(path.iterdir()):
             raise InputError("folder of the study", str(path), "it holds other files", next_step="Give an empty one.")
         else:
-            (path / "blocks").mkdir(parents=True, exist_ok=True)
+            (path / BLOCKS).mkdir(parents=True, exist_ok=True)
             with atomic_write(path / CARD) as file:
                 json.dump(json_safe(card), file, indent=2)
-        return cls(path, question)
+        self._state = StateFolder(path / "state", "study", {})
+
+    def __enter__(self) -> "BlockFolder":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._state.close()
+
+    def _compare(self, card: dict) -> None:
+        """Raise InputError if the folder's card is that of another question or version."""
+        found = json.loads((self.path / CARD).read_text(encoding="utf-8"))
+        for key, what in (("digest", "another study"), ("needleforce", f"version {found.get('needleforce')}")):
+            if found.get(key) != card[key]:
+                limit, step = f"it holds the result of {what}", "Give another folder, or remove this one."
+                raise InputError("folder of the study", str(self.path), limit, next_step=step)
 
     def done(self, blocks: int) -> dict[int, dict[str, np.ndarray]]:
-        """The blocks that are there, by number."""
+        """The blocks that are there in full, by number."""
         from pyarrow import parquet
 
         found = {}
         for number in range(blocks):
-            if self._file(number).exists():
+            kept = self._state.result(self._key(number))
+            if kept is not None and self._file(number).exists():
                 table = parquet.read_table(self._file(number))
                 found[number] = {name: _array(table[name]) for name in table.column_names}
         return found
@@ -59,7 +68,11 @@ class BlockFolder:
     def write(self, number: int, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Write a block in full or not at all, and return it."""
         _write_parquet(self._file(number), columns)
+        self._state.keep(self._key(number), b"", task="block", number=number, rows=len(columns["number"]))
         return columns
+
+    def _key(self, number: int) -> str:
+        return key_of(self._question.digest(), __version__, number)
 
     def write_recordings(self, number: int, columns: dict[str, np.ndarray], kind: str) -> dict[str, np.ndarray]:
         """Write the recordings of a block, a file for each part of the learning set; returns the columns of the
@@ -79,7 +92,7 @@ class BlockFolder:
             file.write(result.to_json() + "\n")
 
     def _file(self, number: int) -> Path:
-        return self.path / "blocks" / f"{number:06d}.parquet"
+        return self.path / BLOCKS / f"{number:06d}.parquet"
 
 
 def _write_parquet(path: Path, columns: dict[str, np.ndarray]) -> None:

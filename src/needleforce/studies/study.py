@@ -5,6 +5,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -85,26 +86,27 @@ def study(
     draws = setting.posterior.size if setting.posterior is not None else 0
     _check_ends(setting)
     if question.study.method == "design":
-        return designed(setting, partial(run_tasks, jobs=jobs, scheduler=scheduler))
+        return designed(
+            setting, partial(run_tasks, jobs=jobs, scheduler=scheduler, progress=progress, text="doing experiments")
+        )
     count = number_of_rows(question, setting.factors, draws)
     if question.recordings is not None and out is None:
         raise InputError("out", "missing", "recordings are written to a folder", next_step="Give out=, or -o.")
     _check_cost(setting, count, jobs, yes)
-    folder = None if out is None else BlockFolder.of(Path(out), question)
     rows = unit_rows(question, setting.factors, draws)
-    starts = range(0, len(rows), ROWS_OF_A_BLOCK)
-    found = {} if folder is None else folder.done(len(starts))
-    tasks = [Block(setting, k, rows[k : k + ROWS_OF_A_BLOCK]) for k in starts]
-    waiting = [number for number in range(len(tasks)) if number not in found]
-    outcomes = run_tasks(simulated, [tasks[number] for number in waiting], jobs=jobs, scheduler=scheduler)
-    for index, outcome in progress(outcomes, "simulating") if progress else outcomes:
-        if isinstance(outcome, Exception):
-            raise outcome
-        found[waiting[index]] = _kept(folder, question, waiting[index], outcome)
-    columns = _joined([found[number] for number in range(len(tasks))])
-    result = StudyResult(question, tuple(setting.factors), rows, columns)
-    if folder is not None:
-        folder.finish(result)
+    tasks = [Block(setting, k, rows[k : k + ROWS_OF_A_BLOCK]) for k in range(0, len(rows), ROWS_OF_A_BLOCK)]
+    with nullcontext() if out is None else BlockFolder(Path(out), question) as folder:
+        found = {} if folder is None else folder.done(len(tasks))
+        waiting = [number for number in range(len(tasks)) if number not in found]
+        work = {"jobs": jobs, "scheduler": scheduler, "progress": progress, "text": "simulating"}
+        for index, outcome in run_tasks(simulated, [tasks[number] for number in waiting], **work):
+            if isinstance(outcome, Exception):
+                raise outcome
+            found[waiting[index]] = _kept(folder, question, waiting[index], outcome)
+        columns = _joined([found[number] for number in range(len(tasks))])
+        result = StudyResult(question, tuple(setting.factors), rows, columns)
+        if folder is not None:
+            folder.finish(result)
     return result
 
 
