@@ -35,7 +35,7 @@ ALLOWED = {
     "control": MODELS,
     "fe": MODELS | {"recording", "segmentation", "identification"},
     "steering": MODELS | {"display", "recording"},
-    "studies": MODELS | {"recording", "segmentation", "identification", "rig", "control", "fe", "running", "state_folder"},
+    "studies": MODELS | {"recording", "identification", "rig", "control", "fe", "running", "state_folder"},
     "references": set(),
     "export": MODELS,
 }

@@ -166,7 +166,7 @@ def _curves(result: StudyResult, curves: list[Output]) -> Iterable[Figure]:
                 name=f"curve-{_slug(motion)}",
                 draw=draw,
                 heights=(260.0, 240.0),
-                caption="Force on the way in.",
+                caption="Force in the insertion stroke.",
                 alt=motion,
                 title=motion,
             )

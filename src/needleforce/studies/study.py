@@ -86,9 +86,8 @@ def study(
     draws = setting.posterior.size if setting.posterior is not None else 0
     _check_ends(setting)
     if question.study.method == "design":
-        return designed(
-            setting, partial(run_tasks, jobs=jobs, scheduler=scheduler, progress=progress, text="doing experiments")
-        )
+        work = {"jobs": jobs, "scheduler": scheduler, "progress": progress, "text": "doing experiments"}
+        return designed(setting, partial(run_tasks, **work))
     count = number_of_rows(question, setting.factors, draws)
     if question.recordings is not None and out is None:
         raise InputError("out", "missing", "recordings are written to a folder", next_step="Give out=, or -o.")
