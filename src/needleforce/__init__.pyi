@@ -32,6 +32,7 @@ from .recording import read as read
 from .recording import read_all as read_all
 from .recording import write as write
 from .segmentation import segment as segment
+from .studies.study import study as study
 from .vocabulary import Phase as Phase
 from .vocabulary import Status as Status
 from .vocabulary import __version__ as __version__
