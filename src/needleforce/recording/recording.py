@@ -287,26 +287,22 @@ def copies(recordings: Sequence[Recording]) -> dict[int, int]:
     the noise, and of 20 samples it is so small once in 1e22 pairs. One may lack samples at one end.
     """
     found: dict[int, int] = {}
-    noises = [_noise(each) for each in recordings]
     for k, one in enumerate(recordings):
         earlier = (j for j in range(k) if j not in found)
-        first = next((j for j in earlier if _is_copy(one, recordings[j], _COPIED_SHARE * noises[k])), None)
+        first = next((j for j in earlier if _is_copy(one, recordings[j])), None)
         found |= {} if first is None else {k: first}
     return found
 
 
-def _noise(recording: Recording) -> float:
-    return float(core.second_difference_noise(recording.force)) if len(recording) > 2 else 0.0
-
-
-def _is_copy(one: Recording, other: Recording, tolerance: float) -> bool:
+def _is_copy(one: Recording, other: Recording) -> bool:
     """Whether two recordings are of one file, or the forces in their files, up to the length of the shorter from either
-    end, differ by less than a tolerance [N]."""
+    end, differ by less than their noise and rounding."""
     if not one.card.sha256 or one.card.sha256 == other.card.sha256:
         return one.card.sha256 != "" and one.card.part == other.card.part
     count, size = min(len(one), len(other)), float(np.ptp(one.force))
     lacking = max(len(one), len(other)) > (1.0 + _MAX_LACKING) * count
     if not other.card.sha256 or count < _MIN_COPIED or lacking or not size > 0.0:
         return False
+    tolerance = max(_COPIED_SHARE * float(core.second_difference_noise(one.force)), _ROUNDING * size)
     pairs = (one.force[:count], other.force[:count]), (one.force[-count:], other.force[-count:])
-    return any(float(np.sqrt(np.mean((a - b) ** 2))) <= max(tolerance, _ROUNDING * size) for a, b in pairs)
+    return any(float(np.sqrt(np.mean((a - b) ** 2))) <= tolerance for a, b in pairs)
