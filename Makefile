@@ -91,12 +91,14 @@ test-cpp: .venv/.build-packages
 	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS)
 	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --parallel $$(nproc) --output-on-failure
 
-# as many tests at once as processors: one thread of linear algebra each
+# As many tests at once as processors: one thread of linear algebra each. In the order of the folders: with the files of few tests at the end, as
+# pytest-xdist would have them, one processor waits for the last and slowest.
+SIDE_BY_SIDE_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --lines
 test-python: setup .venv/.test-packages
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --lines
+	@$(SIDE_BY_SIDE_TESTS)
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 7 for a third day
-	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --lines --long --share $(SHARE)
+	@$(SIDE_BY_SIDE_TESTS) --long --share $(SHARE)
 
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
 	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-threads proof-effects proof-symbols
