@@ -30,6 +30,6 @@ def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
     )  # fmt: skip
     late = STEP * (PEAK + 0.5 * (FILTER - 1))  # events have the depth of the force as filtered
     event = SimpleNamespace(force=float(strokes.force_in[PEAK - 3 : PEAK + 1].max()), depth=late)
-    found = measured_peak(strokes, fit, event, FILTER, CONTACT - 20).estimate()
+    found = measured_peak(strokes, fit, event, FILTER, CONTACT - 20).estimate({})
     assert found.value == pytest.approx(0.2, abs=2e-3)
     assert found.low < 0.2 < found.high

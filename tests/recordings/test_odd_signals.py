@@ -24,6 +24,7 @@ from odd_insertion import (
 import needleforce as nf
 from needleforce.bench_tests.reading import read_bending, read_stress
 from needleforce.campaign import campaign
+from needleforce.recording.copies import copies
 
 # --- waveforms that start at different times
 
@@ -126,6 +127,25 @@ RESAVED = {
     "the first rows are absent": HEAD + rows(ROWS[20:]),
     "a column more": "time_s,depth_mm,force_N,fx_N\n" + rows(np.column_stack([ROWS, 0.1 * FORCE])),
     "signs": HEAD + rows(ROWS * [1.0, -1.0, -1.0]),
+    "three digits": HEAD + rows(places=3),
+    "four significant digits": HEAD + "".join(",".join(f"{v:.4g}" for v in row) + "\n" for row in ROWS),
+    "a coarse force": HEAD + rows(np.column_stack([TIME, DEPTH, 0.005 * np.round(FORCE / 0.005)])),
+    "every second row": HEAD + rows(ROWS[::2]),
+    "every third row, from the second on": HEAD + rows(ROWS[1::3]),
+    "means of two rows": HEAD + rows(ROWS.reshape(-1, 2, 3).mean(axis=1)),
+    "another gain": HEAD + rows(ROWS * [1.0, 1.0, 1.02]),
+    "half the gain, reversed": HEAD + rows(ROWS * [1.0, 1.0, -0.5]),
+    "another zero of all": HEAD + rows(np.add(ROWS, [100.0, 3.0, 0.5])),
+    "another start of the clock and the depth, every second row": HEAD + rows(np.add(ROWS[::2], [50.0, -2.0, 0.0])),
+    "a drift taken off": HEAD + rows(ROWS - np.outer(TIME, [0.0, 0.0, 0.02])),
+    "another zero, gain and place of the columns": "force_N,depth_mm,time_s\n" + rows(ROWS[:, ::-1] * 1.03 + 0.1),
+    "without the first second, rounded": HEAD + rows(ROWS[100:], places=3),
+}
+OWN_NOISE = {
+    "white": lambda noise: 0.003 * noise,
+    "of a filter": lambda noise: 0.01 * np.convolve(noise, np.ones(10) / 10.0, "same"),
+    "with hum": lambda noise: 0.001 * noise + 0.02 * np.sin(2.0 * np.pi * 13.0 * TIME + noise[0]),
+    "of a coarse sensor": lambda noise: 0.005 * np.round((force_of(TIME) + 0.002 * noise) / 0.005) - force_of(TIME),
 }
 
 
@@ -136,12 +156,18 @@ def test_readings_saved_again_are_no_repeat(tmp_path, how):
         nf.identify([nf.read(first), nf.read(again)])
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_repeats_with_noise_of_their_own_are_repeats(tmp_path, seed):
-    noise = np.random.default_rng(seed).normal(size=len(TIME))
-    other = np.column_stack([TIME, DEPTH, force_of(TIME) + 0.003 * noise])
-    first, again = written(tmp_path, HEAD + rows(), "A.csv"), written(tmp_path, HEAD + rows(other), "B.csv")
-    assert len(nf.identify([nf.read(first), nf.read(again)]).recordings) == 2
+@pytest.mark.parametrize("kind", OWN_NOISE)
+def test_repeats_with_noise_of_their_own_are_repeats(tmp_path, kind, many):
+    runs = []
+    for seed in range(many(5, 60)):
+        force = force_of(TIME) + OWN_NOISE[kind](np.random.default_rng(seed).normal(size=len(TIME)))
+        runs.append(nf.read(written(tmp_path, HEAD + rows(np.column_stack([TIME, DEPTH, force])), f"{seed}.csv")))
+    assert copies(runs) == {}
+
+
+def test_repeats_of_the_rig_are_no_copies(recordings):
+    runs = [nf.read(path) for path in sorted((recordings / "needle-insertion-rig").glob("*_[1-5]_2024*.csv"))]
+    assert len(runs) > 50 and copies(runs) == {}
 
 
 def test_public_case_06(recordings):

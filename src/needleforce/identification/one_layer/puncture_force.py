@@ -2,6 +2,7 @@
 """The force at the puncture: measured, modelled, and whether the law meets the measured one."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +22,7 @@ MAX_MISMATCH = 0.05  # [of the measured force] more than the noise allows, and m
 MIN_FREE_SAMPLES = 50  # of free travel, for the noise
 PEAK_DROP_SIGMA = 5.0  # [standard deviations of the noise] more than the largest of the samples near a peak
 SOURCE = "measured: curve through the last 0.1 mm before the puncture"
+OF_THE_SENSOR = ("time", "filter")  # errors of the model that change the measured peak
 MAX_STRAIGHT_WINDOW = 0.03  # [of the indentation] over a longer window the curvature of the loading curve matters
 
 
@@ -39,17 +41,20 @@ class MeasuredPeak:
         """The peak of a force that is given in steps [N]: it may be anywhere within one, and so may the zero."""
         return replace(self, rounding=math.sqrt(0.5) * step)
 
-    def estimate(self) -> Estimate:
-        """``puncture_force`` with its interval. Repeats at one speed have their samples at the same places."""
+    def estimate(self, causes: Mapping[str, Mapping[str, float]]) -> Estimate:
+        """``puncture_force`` with its interval, with those ``causes`` of the fit that change what the sensor shows.
+        Repeats at one speed have their samples at the same places."""
         half = math.hypot(self.noise, self.place, self.zero, self.rounding)
-        limits = self.force - half, self.force + half
+        moved = [causes.get(cause, {}).get("puncture_force", 0.0) for cause in OF_THE_SENSOR]
+        less, more = max(-min(moved), 0.0), max(*moved, 0.0)
+        limits = self.force - half - less, self.force + half + more
         shared = math.hypot(self.place, self.rounding)
         return Estimate(
             "puncture_force",
             self.force,
             UNITS["puncture_force"],
             *limits,
-            systematic=(shared, shared),
+            systematic=(shared + less, shared + more),
             source=SOURCE,
         )
 
