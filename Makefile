@@ -91,14 +91,14 @@ test-cpp: .venv/.build-packages
 	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS)
 	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --parallel $$(nproc) --output-on-failure
 
-# As many tests at once as processors: one thread of linear algebra each. In the order of the folders: with the files of few tests at the end, as
-# pytest-xdist would have them, one processor waits for the last and slowest.
-SIDE_BY_SIDE_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --lines
+# as many tests at once as processors: one thread of linear algebra each
+PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loadfile --lines
+
 test-python: setup .venv/.test-packages
-	@$(SIDE_BY_SIDE_TESTS)
+	@$(PYTHON_TESTS)
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 7 for a third day
-	@$(SIDE_BY_SIDE_TESTS) --long --share $(SHARE)
+	@$(PYTHON_TESTS) --long --share $(SHARE)
 
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
 	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-threads proof-effects proof-symbols
