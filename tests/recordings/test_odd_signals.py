@@ -2,6 +2,8 @@
 """Waveforms with starts of their own, copies among repeats, unsigned forces, forces without a contact, and rows of text
 in bench tests: for each the public case, and further files of its kind, by value."""
 
+import re
+
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
@@ -230,16 +232,38 @@ def test_public_case_07(recordings):
 
 
 def stepped(at, by, size=0.003):
-    """The insertion with a zero that steps before the contact, at 1.25 s."""
+    """The insertion with a zero that steps; its contact is at 1.25 s, its puncture at 2.25 s."""
     noise = size * np.random.default_rng(3).normal(size=len(TIME))
     return force_of(TIME) + noise + np.where(TIME < at, -by, 0.0)
 
 
-@pytest.mark.parametrize("at", [0.3, 0.7, 1.0, 1.15])
-@pytest.mark.parametrize("by", [-0.4, -2.0, -10.0])
+@pytest.mark.parametrize(
+    "at, by",
+    [(at, by) for at in (0.3, 0.7, 1.0, 1.15) for by in (-0.4, -2.0, -10.0)]
+    + [(at, by) for at in (0.3, 0.7, 1.8, 2.8, 3.1, 4.2, 5.5, 6.4, 7.2) for by in (0.1, 0.3, 2.0)]
+    + [(at, -0.2) for at in (1.8, 2.8, 3.1, 4.2, 5.5, 6.4, 7.2)],
+)
 def test_a_zero_that_steps_is_named(at, by):
     events = nf.segment((TIME, 1e-3 * DEPTH, stepped(at, by)))
-    assert any(f"at {at:g} s" in each and "baseline changes" in each for each in events.notes), events.notes
+    found = [re.search(r"steps by .*? at ([\d.]+) s", each) for each in events.notes]
+    assert at in [pytest.approx(float(each[1]), abs=0.011) for each in found if each], events.notes
+    assert not any("the sensor drifts" in each or "is not that of the tip" in each for each in events.notes)
+
+
+@pytest.mark.parametrize("by", [0.1, 0.3, 1.0, -0.1, -1.0])
+def test_a_zero_that_drifts_does_not_step(by, many):
+    for seed in range(many(3, 40)):
+        noise = 0.003 * np.random.default_rng(seed).normal(size=len(TIME))
+        notes = nf.segment((TIME, 1e-3 * DEPTH, force_of(TIME) + noise + by * TIME / TIME[-1])).notes
+        assert not any("steps" in each and "or drifts" not in each for each in notes)
+        assert any("drifts" in each for each in notes)
+
+
+@pytest.mark.parametrize("at", [1.0, 2.0, 2.5, 3.2, 4.1])
+def test_a_channel_that_dies_is_named(at):
+    force = stepped(0.0, 0.0)
+    notes = nf.segment((TIME, 1e-3 * DEPTH, np.where(TIME < at, force, force[np.searchsorted(TIME, at)]))).notes
+    assert any("from" in each and "the channel is dead" in each for each in notes), notes
 
 
 @pytest.mark.parametrize("value", [0.0, 0.013, -5.2])

@@ -20,7 +20,7 @@ from ...models.parameter_units import UNITS
 from ...recording import Recording
 from ...segmentation import Events, segment
 from ..estimates import Estimate, pool
-from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise, noise_of
+from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise
 from ..statistics.regression import VERY_STRONG_BIC
 from ..strokes import Strokes
 from .cycle_fit import fit_cycle
@@ -42,7 +42,7 @@ KNOWN = "machine stiffness: {:.4g} N/mm, as given; the depths are those of the t
 BEYOND = 1.1  # of the compliance of the reversal, which is measured too
 FIRST = 1.0 / 8.0  # of the largest compliance: where the sum of squares is no less there, a machine is not sought
 STEP = 0.01  # of the largest compliance, to which the least sum of squares is searched
-MIN_FREE_SAMPLES = 50
+NESTED = ("cone", "cone_cylinder")  # whose complete fits leave no less than that of the machine
 
 
 def at_tip(recording: Recording, stiffness: float, events: Events | None = None) -> Recording:
@@ -143,8 +143,10 @@ def _shown(single: SegmentedRecording) -> Estimate | None:
     """The stiffness of the machine that one recording shows: with which the evidence of a fit is very strongly better,
     and identifiable if the fit leaves more than the noise without it alone; None without such evidence."""
     strokes, events = single.strokes, single.events
-    reversal, noise = strokes.friction_reversal, _free_noise(single)
+    reversal, noise = strokes.friction_reversal, single.free_noise
     if reversal is None or noise is None or len(events.punctures) != 1 or events.punctures[0].gradual:
+        return None
+    if any(fit.residuals.rmse <= _explained(noise) for law, fit in single.fits.items() if law in NESTED):
         return None
     push, pull = float(np.median(strokes.force_in[-5:])), float(np.median(strokes.force_out[:5]))
     largest = BEYOND * 2.0 * reversal.half / max(push - pull, 1e-12)
@@ -168,16 +170,6 @@ def _explained(noise: Noise) -> float:
     """Root mean square [N] that the noise of the free travel explains, once in a thousand recordings more."""
     independent = max(noise.count * noise.variance / noise.long_run, 1.0) if noise.long_run > 0.0 else noise.count
     return math.sqrt(noise.variance) * (1.0 + SIGNIFICANT / math.sqrt(2.0 * independent))
-
-
-def _free_noise(single: SegmentedRecording) -> Noise | None:
-    """The noise of the free travel; None with too little of it."""
-    if single.events.contact is None:
-        return None
-    free = single.strokes.force_in[: single.strokes.place_in(single.events.contact.low)]
-    if len(free) < MIN_FREE_SAMPLES:
-        return None
-    return noise_of(free - free.mean(), len(free), single.recording.card.filter_length, 1.0)
 
 
 def _best(profile: Profile, largest: float) -> tuple[float, float]:

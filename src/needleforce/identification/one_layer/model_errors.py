@@ -13,6 +13,7 @@ kept apart from what noise gives, in ``systematic``, and how it moves the values
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -71,17 +72,18 @@ class Stroke:
     slow: float = math.nan
     bent: np.ndarray = field(default_factory=lambda: np.empty(0))
 
-    @property
+    @cached_property
     def design(self) -> np.ndarray:
         """Derivatives (n, 2) of the force by friction per length and cutting force."""
         sign = 1.0 if self.inwards else -1.0
         return np.column_stack([sign * self.length, np.full_like(self.length, float(self.inwards))])
 
-    @property
+    @cached_property
     def line(self) -> np.ndarray:
         """The straight lines (n, 2) that a stroke by itself allows: friction, and any level."""
         return np.column_stack([self.design[:, 0], np.ones_like(self.length)])
 
+    @cached_property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
         """Friction per length and level of this stroke alone, (2,), and the half widths of their intervals."""
         line = self.line
@@ -150,7 +152,7 @@ def with_misfit_below(fit: CycleFit, single: SegmentedRecording) -> tuple[CycleF
 
 def _sentence(parts: list[Stroke], together: float) -> str:
     """What disagrees: the strokes with each other, or both with the fit."""
-    own = [(float(values[0]), float(halves[0])) for values, halves in (part.own() for part in parts)]
+    own = [(float(values[0]), float(halves[0])) for values, halves in (part.own for part in parts)]
     words = " and ".join(f"{value:.3g}" for value, _ in own) + " N/m"
     if len(own) < 2:
         return ALONE.format(own=words, together=together)
@@ -278,7 +280,7 @@ def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, 
     interval of the fit is random."""
     name = "friction_per_length"
     value, half = fit.values[name], share * 0.5 * (fit.high[name] - fit.low[name])
-    own = [part.own() for part in parts]
+    own = [part.own for part in parts]
     level = own[1][0][1] if len(parts) > 1 and abs(own[1][0][1]) > own[1][1][1] else 0.0
     best = min(own, key=lambda each: each[1][0])
     found = {}
@@ -295,7 +297,7 @@ def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, fl
     withdrawal ends is one of the insertion too."""
     found = {}
     for part in parts:
-        (friction, level), _ = part.own()
+        (friction, level), _ = part.own
         moved = _with_friction(fit, parts[0], float(friction), 0.0, 0.0).values
         found["insertion" if part.inwards else "withdrawal"] = {name: moved[name] - fit.values[name] for name in AFTER}
         if not part.inwards:
