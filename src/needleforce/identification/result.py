@@ -126,7 +126,9 @@ class Fit(EstimateResult):
             For a fit without a model.
         """
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
-        return (model, contact) if events is None else replayed(model, self.parameters, self.recordings, events)
+        if events is None:
+            return model, contact
+        return replayed(model, self.parameters, self.recordings, events, recording.depth)
 
     @property
     def shared_contact(self) -> float | None:
