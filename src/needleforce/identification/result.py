@@ -80,8 +80,8 @@ class Fit(EstimateResult):
             the depth of the tip.
         events : Events, optional
             As from ``segment(recording)``: contact and punctures are then the recording's own where they were found (a
-            replay), moved by the distance that the fit's recordings have between events and fitted depths. Without it
-            they are at the mean depths of the fit.
+            replay), as the fit's recordings have them by the same events; the stiffness remains that of the fit.
+            Without it they are at the mean depths of the fit.
 
         Returns
         -------
