@@ -100,6 +100,12 @@ def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Dri
     return Drift(slope=slope.value, error=slope.error, origin=origin, over=over, note=note), fit, slope
 
 
+def slope_without_contact(place: np.ndarray, force: np.ndarray) -> "Coefficient":
+    """The slope of the (n,) force of free travel over its place."""
+    rows = np.array([np.ones_like(place), place - place.mean(), force])
+    return LineFit.of(rows, [np.arange(len(place))]).coefficient([0, 1])
+
+
 @dataclass(frozen=True, kw_only=True)
 class Coefficient:
     """A coefficient with its standard error from correlated noise, the size that noise ``explains``, and the sum of
