@@ -57,6 +57,7 @@ MODEL_ERRORS = {
     "drop": "a puncture off the fall of the force",
     "stiffer machine": "the machine stiffness",
     "softer machine": "the machine stiffness",
+    "machine": "a machine in series that may be there",
 }
 NO_CAUSE = "steps of depth, force or time"
 WHITE = "white"

@@ -183,7 +183,7 @@ def identify(
     machine = machine_stiffness_of(singles) if machine_stiffness is None else machine_stiffness
     if isinstance(machine, Estimate):
         singles = [fitted(behind(each, machine), laws, saturation) for each in singles]
-        seconds = _at_tip(seconds, machine.value)
+        seconds = _at_tip(seconds, machine.value) if machine.identifiable else seconds
     preferred = laws
     if model is None:
         singles, laws = _further_laws(singles, laws, saturation)

@@ -13,6 +13,7 @@ kept apart from what noise gives, in ``systematic``, and how it moves the values
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from ...vocabulary import SMALLEST
 from ..estimates import Estimate
 from ..statistics.noise import ONE_IN_40, SIGNIFICANT, TWO_SIDED, noise_of, slow_noise, student_quantile
 from ..statistics.regression import inverse
-from ..strokes import BIN_M
 from .cycle_values import CycleFit
 from .loading_curves import CURVES, FITS
 from .segmented_recording import SegmentedRecording
@@ -46,9 +46,9 @@ ALONE = (
     "the intervals of friction and cutting force hold both."
 )
 CHANGES = (
-    "Insertion and withdrawal are bent as by a friction per length that changes with time, from {:.3g} N/m at the "
-    "contact to {:.3g} N/m at the exit: friction may age, or the gain of the sensor drift. The intervals hold what "
-    "that gives at the contact."
+    "Insertion and withdrawal are bent as by friction per length that changes with time, from {:.3g} N/m at the start "
+    "of the recording to {:.3g} N/m at the exit: friction may age, or the gain of the sensor drift. The intervals hold "
+    "what that gives at the start."
 )
 BENT = (
     "The insertion below the puncture is bent, as by friction per length that begins with {:.3g} N/m and changes with "
@@ -59,29 +59,31 @@ BENT = (
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stroke:
     """One stroke below the puncture: embedded length (n,) [m] and force (n,) [N] without the zero, positive against
-    insertion, and time (n,) since the contact over that in contact; ``inwards`` is the sign of its friction. ``noise``
-    is the long-run variance [N²] of what its own line leaves, ``bent`` (n,), and ``slow`` the same with its slow
-    misfit."""
+    insertion, and time (n,) since the recording's start over that up to the exit, which is ``touched`` at the contact;
+    ``inwards`` is the sign of its friction. ``noise`` is the long-run variance [N²] of what its own line leaves,
+    ``bent`` (n,), and ``slow`` the same with its slow misfit."""
 
     length: np.ndarray
     force: np.ndarray
     time: np.ndarray
+    touched: float
     inwards: bool
     noise: float = math.nan
     slow: float = math.nan
     bent: np.ndarray = field(default_factory=lambda: np.empty(0))
 
-    @property
+    @cached_property
     def design(self) -> np.ndarray:
         """Derivatives (n, 2) of the force by friction per length and cutting force."""
         sign = 1.0 if self.inwards else -1.0
         return np.column_stack([sign * self.length, np.full_like(self.length, float(self.inwards))])
 
-    @property
+    @cached_property
     def line(self) -> np.ndarray:
         """The straight lines (n, 2) that a stroke by itself allows: friction, and any level."""
         return np.column_stack([self.design[:, 0], np.ones_like(self.length)])
 
+    @cached_property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
         """Friction per length and level of this stroke alone, (2,), and the half widths of their intervals."""
         line = self.line
@@ -90,22 +92,22 @@ class Stroke:
 
 
 def strokes_below(fit: CycleFit, single: SegmentedRecording) -> list[Stroke]:
-    """The strokes of a fit below its puncture, those with enough samples. The withdrawal is without the first bin of
-    travel in which the pull no longer grows, as friction still reverses in a part of it."""
+    """The strokes of a fit below its puncture, those with enough samples."""
     strokes, time = single.strokes, single.recording.time
     contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.puncture.left_out
     used = slice(fit.puncture.before + w, len(strokes.depth_in) - w)
     cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero, time[strokes.index_in[used]]
     back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero, time[strokes.index_out[w:]]
-    inside = (back[0] > 0.0) & (back[0] < back[0].max(initial=0.0) - BIN_M)
+    inside = back[0] > 0.0
     parts = [(*cut, True), (*(each[inside] for each in back), False)]
     parts = [part for part in parts if len(part[0]) >= MIN_SAMPLES]
     if not parts:
         return []
-    touched = float(time[strokes.index_in[min(int(np.searchsorted(strokes.depth_in, contact)), used.start)]])
-    lasts = float(parts[-1][2][-1]) - touched
+    lasts = float(parts[-1][2][-1] - time[0])
+    touched = time[strokes.index_in[min(int(np.searchsorted(strokes.depth_in, contact)), used.start)]]
+    shared = {"touched": float(touched - time[0]) / lasts}
     return [
-        Stroke(length=length, force=force, time=(times - touched) / lasts, inwards=inwards)
+        Stroke(length=length, force=force, time=(times - time[0]) / lasts, inwards=inwards, **shared)
         for length, force, times, inwards in parts
     ]
 
@@ -150,7 +152,7 @@ def with_misfit_below(fit: CycleFit, single: SegmentedRecording) -> tuple[CycleF
 
 def _sentence(parts: list[Stroke], together: float) -> str:
     """What disagrees: the strokes with each other, or both with the fit."""
-    own = [(float(values[0]), float(halves[0])) for values, halves in (part.own() for part in parts)]
+    own = [(float(values[0]), float(halves[0])) for values, halves in (part.own for part in parts)]
     words = " and ".join(f"{value:.3g}" for value, _ in own) + " N/m"
     if len(own) < 2:
         return ALONE.format(own=words, together=together)
@@ -206,9 +208,9 @@ def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Bend:
-    """``growth`` of the friction per length [N/m] in the time in contact by the bend of strokes, with its standard
-    ``error``; friction per length at the contact and cutting force with it, ``after`` (2,), and their half widths; and
-    the share of that time up to the puncture, None where the gain of the sensor may not have changed so."""
+    """``growth`` of the friction per length [N/m] over the time by the bend of strokes, with its standard ``error``;
+    friction per length before it and cutting force then, ``after`` (2,), and their half widths; and the share of the
+    time up to the puncture, None where the gain of the sensor may not have changed so."""
 
     growth: float
     error: float
@@ -243,16 +245,17 @@ class Bend:
 
 
 def _bends(fit: CycleFit, parts: list[Stroke]) -> dict[str, Bend]:
-    """The bend that both strokes share, by a force that grows with the time since the contact, and that of the
-    insertion alone, by friction that grows with its logarithm, as contacts age, or with depth. Any line of each
-    stroke is left out of the bend, so that strokes that disagree are not bent."""
-    scale = max(float(parts[0].time[0]), SMALLEST)
-    found = {"bend": _bend(fit, parts[:1], lambda time: np.log1p(time / scale))}
+    """The bend that both strokes share, by a force that grows with the time since the recording's start, and that of
+    the insertion alone, by friction that grows with the logarithm of the time since the contact, as contacts age, or
+    with depth. Any line of each stroke is left out of the bend, so that strokes that disagree are not bent."""
+    touched = parts[0].touched
+    scale = max(float(parts[0].time[0]) - touched, SMALLEST)
+    found = {"bend": _bend(fit, parts[:1], lambda time: np.log1p(np.maximum(time - touched, 0.0) / scale))}
     return found | {"time": _bend(fit, parts, lambda time: time)} if len(parts) > 1 else found
 
 
 def _bend(fit: CycleFit, parts: list[Stroke], growing: Callable) -> Bend:
-    """The bend of strokes by friction that grows as ``growing`` of the time since the contact."""
+    """The bend of strokes by friction that grows as ``growing`` of the time."""
     columns = [part.design[:, 0] * growing(part.time) for part in parts]
     along, across = 0.0, 0.0
     for part, column in zip(parts, columns):
@@ -277,7 +280,7 @@ def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, 
     interval of the fit is random."""
     name = "friction_per_length"
     value, half = fit.values[name], share * 0.5 * (fit.high[name] - fit.low[name])
-    own = [part.own() for part in parts]
+    own = [part.own for part in parts]
     level = own[1][0][1] if len(parts) > 1 and abs(own[1][0][1]) > own[1][1][1] else 0.0
     best = min(own, key=lambda each: each[1][0])
     found = {}
@@ -294,7 +297,7 @@ def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, fl
     withdrawal ends is one of the insertion too."""
     found = {}
     for part in parts:
-        (friction, level), _ = part.own()
+        (friction, level), _ = part.own
         moved = _with_friction(fit, parts[0], float(friction), 0.0, 0.0).values
         found["insertion" if part.inwards else "withdrawal"] = {name: moved[name] - fit.values[name] for name in AFTER}
         if not part.inwards:
