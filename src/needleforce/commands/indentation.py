@@ -111,8 +111,8 @@ def _approach(recording: "Recording | InputError", *, whole: bool) -> slice:
 
 
 def _complete(file: Path, segment: "Recording", given: IndentationFlags) -> "tuple[Recording, int]":
-    """The recording that continues after a segment of it, and the number of its samples up to the end of the segment; the
-    segment itself where the file has no such recording."""
+    """The recording that continues after a segment of it, and the number of its samples up to the end of the segment;
+    the segment itself where the file has no such recording."""
     reading = dataclasses.replace(given.reading, segment=None, baseline=False, test="indentation")
     for _, each in read_all([file], reading):
         if not isinstance(each, InputError):
