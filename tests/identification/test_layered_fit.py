@@ -254,7 +254,7 @@ def test_in_the_passive_form_one_layer_more_never_fits_worse(recordings):
     ]
     pairs = [(single.recording, single.events) for single in map(segmented, read)]
     cycles = binned_cycles(pairs, COARSE["as_fitted"])
-    residuals = [each.residual for each in made_passive(grow(cycles, 3))]
+    residuals = [each.residual for each in made_passive(grow(cycles, 3), 3)]
     assert residuals[1] < residuals[0]
     assert residuals[2] < (1.0 + 1e-5) * residuals[1]  # the weightless layer of the starts has c = 1 N/m^2, not 0
 

@@ -2,6 +2,7 @@
 """Identification of a layered model from repeats, and its result: in addition to that of one layer the rupture depths,
 the uncertainty of the parameters, and the model for an insertion that was not recorded."""
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -52,8 +53,9 @@ from .uncertainty import Uncertainty, uncertainty_of
 MAX_LAYERS = 3
 
 
-Grown = dict[tuple[int, ...], list[Solved]]
-"""The fits with 1, 2, … layers in the form as fitted, from which the other forms start, by the recordings' ids."""
+Grown = dict[tuple[int, ...], Iterator[Solved]]
+"""The fits with 1, 2, … layers in the form as fitted, from which the other forms start, made when they are needed, by
+the recordings' ids."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -172,14 +174,13 @@ def identify_layered(
     if not any(single.events.punctures or single.events.spans(Phase.extraction) for single in usable):
         return _without_model(singles, name)
     pairs, form = [(single.recording, single.events) for single in usable], LAYERED[name]
-    fine, grown = binned_cycles(pairs, FINE), {} if grown is None else grown
+    fine, grown, count = binned_cycles(pairs, FINE), {} if grown is None else grown, layers or MAX_LAYERS
     if (key := tuple(map(id, usable))) not in grown:
-        work = grow(binned_cycles(pairs, COARSE["as_fitted"]), layers or MAX_LAYERS)
-        grown[key] = list(_watched(work, layers or MAX_LAYERS, progress, "layer by layer"))
-    solved = grown[key]
+        grown[key] = grow(binned_cycles(pairs, COARSE["as_fitted"]), count)
+    grown[key], work = itertools.tee(grown[key])
     if form != "as_fitted":
-        work = made_passive(solved, form, binned_cycles(pairs, COARSE[form]))
-        solved = list(_watched(work, len(solved), progress, "in the passive form"))
+        work = made_passive(work, count, form, binned_cycles(pairs, COARSE[form]))
+    solved = list(_watched(work, count, progress, "layer by layer"))
     tried, best = _evidence([with_known(solved[-1], given.stiffness)] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)

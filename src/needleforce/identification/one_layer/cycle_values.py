@@ -85,7 +85,9 @@ class FittedValues:
     intervals; see ``model_errors``."""
     strokes_alone: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By each stroke, how far the values move if it alone decides on friction, also where that is within the noise of
-    one recording."""
+    one recording; so too by the ``bends`` of strokes."""
+    bends: Mapping[str, float] = field(default_factory=dict)
+    """By each bend of strokes, its size in standard errors."""
 
 
 def limits(values: Mapping[str, float], half: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
