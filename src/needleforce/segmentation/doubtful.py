@@ -98,13 +98,25 @@ def _dies(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
 
 
 def baseline_step(time: np.ndarray, force: np.ndarray, quantum: float, stop: int | None = None) -> str:
-    """A sentence if the (n,) force steps, before the sample ``stop``, from the level where it begins to another, as
-    that of a sensor that is zeroed."""
+    """A sentence if the (n,) force has a ``first_step``."""
+    at, change = first_step(force, quantum, stop)
+    if not at:
+        return ""
+    return (
+        f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the baseline "
+        "changes, as if the sensor was zeroed while it recorded. Leave out what is before, with --first-row or "
+        "Recording.between, or record again."
+    )
+
+
+def first_step(force: np.ndarray, quantum: float, stop: int | None = None) -> tuple[int, float]:
+    """The sample before ``stop`` at which the (n,) force steps from the steady level where it begins to another, as
+    that of a sensor that is zeroed, and the change [N]; zeros without one."""
     min_step = max(STEP_QUANTA * quantum, STEP_SHARE * float(np.ptp(force)))
     force = force[:stop]
     size = min(MAX_LEVEL, len(force) // 4)
     if size < MIN_LEVEL:
-        return ""
+        return 0, 0.0
     level, spread, steps = core.median(force[:size]), float(force[:size].std()), np.abs(np.diff(force))
     largest = np.argpartition(steps, -min(STEPS_TRIED, len(steps)))[-STEPS_TRIED:] + 1
     for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
@@ -113,12 +125,8 @@ def baseline_step(time: np.ndarray, force: np.ndarray, quantum: float, stop: int
         if abs(change) <= max(min_step, STEP_SIGMA * spread, STEP_SIGMA * float(after.std())):
             continue
         if float(np.ptp(force[: at - STEP_GAP])) < 0.5 * abs(change):
-            return (
-                f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the "
-                "baseline changes, as if the sensor was zeroed while it recorded. Leave out what is before, with "
-                "--first-row or Recording.between, or record again."
-            )
-    return ""
+            return at, change
+    return 0, 0.0
 
 
 def _negative(force: np.ndarray) -> str:

@@ -197,6 +197,14 @@ def refined(solved: Solved, cycles: tuple[BinnedCycle, ...]) -> Solved:
     return again(solved, solved.x, cycles=cycles)
 
 
+def to_runs(solved: Solved, runs: list[int], cycles: tuple[BinnedCycle, ...]) -> Solved:
+    """The fit to some of the ``runs`` alone, whose ``cycles`` are given, started at the fit to all of them."""
+    unknowns = solved.problem.unknowns
+    own = replace(unknowns, runs=len(runs), times=relaxation_times(cycles))
+    x = np.concatenate([solved.x[: unknowns.shared], unknowns.punctures(solved.x)[runs].ravel()])
+    return again(solved, x, unknowns=own, cycles=cycles)
+
+
 def population_fit(solved: Solved) -> Solved:
     """The fit with one puncture depth for all runs: the rupture depth of a new insertion is unknown, and a rupture that
     extends over the scatter between repeats predicts its force better than a sharp one at the mean depth."""

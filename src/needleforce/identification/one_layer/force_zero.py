@@ -101,6 +101,12 @@ def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[str
     return over, origin, LineFit.of(np.array([np.ones_like(x), x - origin, later, force]), parts)
 
 
+def slope_without_contact(place: np.ndarray, force: np.ndarray) -> "Coefficient":
+    """The slope of the (n,) force of free travel over its place."""
+    rows = np.array([np.ones_like(place), place - place.mean(), force])
+    return LineFit.of(rows, [np.arange(len(place))]).coefficient([0, 1])
+
+
 @dataclass(frozen=True, kw_only=True)
 class Coefficient:
     """A coefficient with its standard error from correlated noise, and the size that noise ``explains``; infinite where

@@ -15,16 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from ... import core
 from ...errors import InputError
 from ...models.parameter_units import UNITS
 from ...recording import Recording
 from ...segmentation import Events, segment
 from ..estimates import Estimate, pool
 from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise
-from ..statistics.regression import VERY_STRONG_BIC
+from ..statistics.regression import VERY_STRONG_BIC, inverse
 from ..strokes import Strokes
 from .cycle_fit import fit_cycle
-from .cycle_values import CycleOptions, CycleResiduals
+from .cycle_values import CycleFit, CycleOptions, CycleResiduals, cycle_jacobian
 from .segmented_recording import STAGE, SegmentedRecording, segmented
 
 NAME = "machine_stiffness"
@@ -40,9 +41,10 @@ POSSIBLE = (
 )
 KNOWN = "machine stiffness: {:.4g} N/mm, as given; the depths are those of the tip, less by the force over it"
 BEYOND = 1.1  # of the compliance of the reversal, which is measured too
-FIRST = 1.0 / 8.0  # of the largest compliance: where the sum of squares is no less there, a machine is not sought
 STEP = 0.01  # of the largest compliance, to which the least sum of squares is searched
-NESTED = ("cone", "cone_cylinder")  # whose complete fits leave no less than that of the machine
+BLOCKS = 1000  # of samples, in the test whether a machine is to be sought
+ABSORBING = ("contact_depth", "stiffness_coefficient", "friction_per_length", "cutting_force", "force_offset")
+NESTED = ("cone", "cone_cylinder")  # in the complete fit with a machine
 
 
 def at_tip(recording: Recording, stiffness: float, events: Events | None = None) -> Recording:
@@ -146,24 +148,51 @@ def _shown(single: SegmentedRecording) -> Estimate | None:
     reversal, noise = strokes.friction_reversal, single.free_noise
     if reversal is None or noise is None or len(events.punctures) != 1 or events.punctures[0].gradual:
         return None
-    if any(fit.residuals.rmse <= _explained(noise) for law, fit in single.fits.items() if law in NESTED):
+    fits = [fit for law, fit in single.fits.items() if law in NESTED]
+    if fits and not _score(fits[0], strokes, noise) > TWO_SIDED:
         return None
     push, pull = float(np.median(strokes.force_in[-5:])), float(np.median(strokes.force_out[:5]))
     largest = BEYOND * 2.0 * reversal.half / max(push - pull, 1e-12)
     options = CycleOptions(law="cone_cylinder", filter_length=single.recording.card.filter_length)
     profile = Profile(strokes, options)
-    without, gain = profile.residuals(0.0), VERY_STRONG_BIC + math.log(len(strokes.index_in) + len(strokes.index_out))
-    if without is None or profile.squares(FIRST * largest) > without.sse - FIRST * gain * noise.long_run:
+    without = profile.residuals(0.0)
+    if without is None:
         return None
     best, error = _best(profile, largest)
     left = profile.residuals(best)
-    if left is None or not best > TWO_SIDED * error or without.sse - left.sse < gain * noise.long_run:
+    gain = VERY_STRONG_BIC + math.log(without.count)
+    if left is None or not best > TWO_SIDED * error or without.sse - left.sse < noise.long_run * gain:
         return None
     puncture = events.punctures[0]
     amplified = 1.0 + best * puncture.force / max(puncture.indentation, 1e-12)  # the noise is in the tip's depth too
     sure = without.rmse > _explained(noise) and left.rmse <= amplified * _explained(noise)
     ends = 1.0 / (best + TWO_SIDED * error), 1.0 / (best - TWO_SIDED * error)
     return Estimate(NAME, 1.0 / best, UNITS[NAME], *ends, source=SOURCE, identifiable=sure)
+
+
+def _score(fit: CycleFit, strokes: Strokes, noise: Noise) -> float:
+    """The misfit that a machine would reduce, in standard errors: that along the derivative of the force by a
+    compliance, without what the parameters absorb (the score test, which needs no fit with a machine); of means of
+    ``size`` samples, which lose nothing."""
+    before, w, (depth_in, force_in, depth_out, force_out) = fit.puncture.before, fit.puncture.left_out, strokes.arrays
+    size = max((len(depth_in) + len(depth_out)) // BLOCKS, 1)
+    insertion, withdrawal = fit.residuals.insertion, fit.residuals.withdrawal
+    parts = [
+        [each[used] for each in (depth_in, force_in, insertion)]
+        for used in (slice(before - w), slice(before + w, None))
+    ]
+    loading, cut, back = (
+        np.array([each[: len(each) // size * size].reshape(-1, size).mean(axis=1) for each in part])
+        for part in (*parts, (depth_out, force_out, withdrawal))
+    )
+    depth, force, residual = np.hstack([loading, cut, back])
+    first = loading.shape[1] + cut.shape[1]
+    values = {"saturation_depth": math.inf} | fit.values
+    slopes = cycle_jacobian(values, (depth[:first], force, depth[first:], force), loading.shape[1], ABSORBING)
+    gram = core.gram(np.vstack([slopes, -slopes[0] * force, residual]))
+    absorbed = inverse(gram[:-2, :-2]) @ gram[:-2, -2]
+    along = float(gram[-2, -2] - gram[:-2, -2] @ absorbed)
+    return -float(gram[-1, -2] - gram[-1, :-2] @ absorbed) / math.sqrt(max(noise.long_run / size * along, 1e-300))
 
 
 def _explained(noise: Noise) -> float:
