@@ -76,9 +76,9 @@ def fit_insertion(single: SegmentedRecording, layers: int | None = None) -> Inse
 
 
 def needed_layers(singles: list[SegmentedRecording], max_layers: int) -> int:
-    """How many of up to ``max_layers`` layers the insertions show: the layer with the smallest drop is left out, one after
-    another, as long as the evidence for it is not very strong. A false puncture gains no more than noise of the same
-    correlation lets its parameters gain; a rupture that is only not sharp is no second layer."""
+    """How many of up to ``max_layers`` layers the insertions show: the layer with the smallest drop is left out, one
+    after another, as long as the evidence for it is not very strong. A false puncture gains no more than noise of the
+    same correlation lets its parameters gain; a rupture that is only not sharp is no second layer."""
     return next((count for count in range(max_layers, 1, -1) if _gain(singles, count) > VERY_STRONG_BIC), 1)
 
 
