@@ -20,7 +20,7 @@ from .parameters import (
 )
 from .prediction import expectation
 from .problem import REFUSED_RESIDUAL
-from .search import Solved, again, with_saturation
+from .search import Solved, again, at_runs, with_saturation
 
 MAX_ERROR_RATIO = 1.02  # over the smallest error: a smaller difference matters to nobody
 MIN_HOLD_BINS, MAX_T = 6, 3.6  # Student's quantile of 0.1 % with 20 degrees of freedom
@@ -67,15 +67,10 @@ def candidate(name: str, solved: Solved) -> Candidate:
 def without_run(solved: Solved, run: int) -> Solved:
     """The fit to the other repeats, started at the fit to all."""
     unknowns, cycles = solved.problem.unknowns, solved.problem.cycles
-    punctures = np.delete(unknowns.punctures(solved.x), run, axis=0).ravel()
-    x = np.concatenate([solved.x[: unknowns.shared], punctures])
-    problem = replace(solved.problem, cycles=cycles[:run] + cycles[run + 1 :], unknowns=one_run_less(unknowns))
-    return Solved(problem, *problem.solve(x, HELD_OUT_STEPS))
-
-
-def one_run_less(unknowns: LayeredParameters) -> LayeredParameters:
-    """The layout with one run less."""
-    return replace(unknowns, runs=unknowns.runs - 1)
+    others = [k for k in range(len(cycles)) if k != run]
+    less = replace(unknowns, runs=len(others))
+    problem = replace(solved.problem, cycles=tuple(cycles[k] for k in others), unknowns=less)
+    return Solved(problem, *problem.solve(at_runs(solved, others), HELD_OUT_STEPS))
 
 
 def prediction_error(solved: Solved, cycle: BinnedCycle) -> float:
