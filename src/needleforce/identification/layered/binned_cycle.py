@@ -17,9 +17,6 @@ COARSE, FINE = {"as_fitted": 125, "passive": 250, "yielding": 250}, 2000
 """Bins of a stroke: 0.2 mm of a stroke of 25 mm for the search, half of it in a passive form, whose tissue relaxes
 while it slips and so depends more on the step; and short enough in the final fit that the model has the same force
 along the samples."""
-FALL, PARTS = 0.05, 8
-"""A bin of the insertion over which the force falls by more than this share of its range is divided into so many parts:
-in a bin the rupture is between two samples, and the mean of the force before and behind it has no depth."""
 HOLD_BINS = 24  # their edges are the squares of whole numbers, as relaxation is fastest at first
 DEFAULT_TIMES_S = (0.3, 3.0)  # [s] for recordings without a hold
 SPEED_AT_REST = 1e-4  # [m/s] as in the engine
@@ -129,7 +126,7 @@ def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle
     used = without_outliers(recording, events)[span]
     time, stroke = recording.time[span][used], stroke[used]
     depth, force = undelayed_depth(recording)[span][used], (recording.force - zero.at(recording))[span][used]
-    index = _bins(time, depth, force, stroke, bins)
+    index = _bins(time, depth, stroke, bins)
     count = np.bincount(index)
 
     def mean(values: np.ndarray) -> np.ndarray:
@@ -172,10 +169,10 @@ def force_zero(recording: Recording, events: Events, strokes: Strokes) -> ForceZ
     return ForceZero(value=float(force.mean()), error=float(error), drift=drift, noise=noise)
 
 
-def _bins(time: np.ndarray, depth: np.ndarray, force: np.ndarray, stroke: np.ndarray, bins: int) -> np.ndarray:
+def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int) -> np.ndarray:
     """The bin (n,) of every sample, numbered without gaps: by largest travel in a stroke, by time in the hold."""
     width = float(np.ptp(depth)) / bins
-    place = np.zeros(len(time))
+    place = np.zeros(len(time), dtype=np.int64)
     for k in range(3):
         here = stroke == k
         if not here.any():
@@ -184,18 +181,9 @@ def _bins(time: np.ndarray, depth: np.ndarray, force: np.ndarray, stroke: np.nda
             since = time[here] - time[here][0]
             place[here] = HOLD_BINS * np.sqrt(since / max(since[-1], 1e-9))
         else:
-            place[here] = np.maximum.accumulate((depth[here] - depth[here][0]) * (1 - k)) / width
-    place += (bins + HOLD_BINS + 2) * stroke
-    index = _numbered(np.floor(place))
-    first = np.flatnonzero(np.diff(index, prepend=-1))
-    last = np.append(first[1:], len(index)) - 1
-    falls = (force[first] - force[last] > FALL * np.ptp(force)) & (stroke[first] == 0)
-    return _numbered(np.where(falls[index], np.floor(PARTS * place), PARTS * np.floor(place)))
-
-
-def _numbered(place: np.ndarray) -> np.ndarray:
-    """Numbers (n,) without gaps of places that follow one another."""
-    return np.cumsum(np.diff(place, prepend=place[0]) != 0)
+            travel = np.maximum.accumulate((depth[here] - depth[here][0]) * (1 - k))
+            place[here] = travel / width
+    return np.cumsum(np.diff(place + (bins + HOLD_BINS + 2) * stroke, prepend=0) != 0)
 
 
 def relaxation_times(cycles: tuple[BinnedCycle, ...]) -> tuple[float, float]:
