@@ -82,7 +82,7 @@ def test_every_layer_has_its_peak_and_its_place(name, many):
     """Of the intervals of tops, depths, forces and indentations at 95 %, half of one in ten may miss."""
     situation, missed, count = SITUATIONS[name], [], 0
     layers = truth(**situation)
-    for seed in range(many(3, 40)):
+    for seed in range(many(2, 40)):
         fit = nf.identify(walls(seed, **situation))
         assert fit.model.name == "identified_gradual_layers" and len(fit.model.layers) == len(layers)
         assert fit.quality.r2 >= 0.95
@@ -154,9 +154,9 @@ def test_bad_input_is_said():
         nf.identify(walls(0), model="gradual_layers", layers=2, tissue_stiffness=[(250.0, 0.3), None])
 
 
-def test_stalks_have_both_walls(recordings):
+def test_stalks_have_both_walls(recordings, many):
     """Of another laboratory: two walls in each, read by eye before."""
-    for path in sorted((recordings / "other-labs/stalk-puncture-instron").glob("*.csv")):
+    for path in sorted((recordings / "other-labs/stalk-puncture-instron").glob("*.csv"))[:: many(3, 1)]:
         run = nf.read(path)
         fit, events = nf.identify(run), nf.segment(run)
         assert fit.model.name == "identified_gradual_layers" and fit.quality.r2 >= 0.95, path.name

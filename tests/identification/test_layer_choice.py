@@ -2,6 +2,7 @@
 """One layer or layers, when no model is named: decided by what one layer misses over the complete cycle."""
 
 import dataclasses
+import functools
 import re
 
 import numpy as np
@@ -23,6 +24,13 @@ def recorded(seed=0, kept=1.0):
     return nf.Recording(time=run.time, depth=run.depth, force=force)
 
 
+@functools.cache
+def relaxed(repeats, model=None):
+    """Recordings whose withdrawal keeps 0.4 of the force, and their fit, which several tests look at."""
+    runs = [recorded(seed, kept=0.4) for seed in range(repeats)]
+    return runs, nf.identify(runs, model=model)
+
+
 def first(fit):
     return next((each for each in fit.warnings if each.startswith("The model is ")), "")
 
@@ -39,8 +47,7 @@ def test_one_layer_that_leaves_the_noise_needs_no_layered_fit(monkeypatch):
 
 @pytest.mark.parametrize("repeats", [1, 2])
 def test_a_hold_and_a_withdrawal_that_one_layer_misses_are_evidence_for_layers(repeats):
-    runs = [recorded(seed, kept=0.4) for seed in range(repeats)]
-    fit, one = nf.identify(runs), nf.identify(runs, model="paper")
+    (_, fit), (_, one) = relaxed(repeats), relaxed(repeats, "paper")
     assert fit.model.name == "identified_layered_yielding"
     assert one.quality.nrmse > 0.05 > fit.quality.nrmse
     shares = [float(share) for share in re.findall(r"([\d.]+) %", first(fit))]
@@ -50,8 +57,7 @@ def test_a_hold_and_a_withdrawal_that_one_layer_misses_are_evidence_for_layers(r
 
 def test_the_engine_has_the_surface_of_the_layered_model():
     """Whatever contact depth one layer has."""
-    run = recorded(0, kept=0.4)
-    fit = nf.identify(run)
+    (run,), fit = relaxed(1)
     contact = dataclasses.replace(fit.parameters["contact_depth"], value=1e-3)
     fit = dataclasses.replace(fit, parameters={**fit.parameters, "contact_depth": contact})
     for events in (None, nf.segment(run)):
@@ -61,8 +67,7 @@ def test_the_engine_has_the_surface_of_the_layered_model():
 
 
 def test_the_puncture_of_a_layered_default_is_the_measured_one():
-    runs = [recorded(seed, kept=0.4) for seed in range(2)]
-    fit, one = nf.identify(runs), nf.identify(runs, model="paper")
+    (_, fit), (_, one) = relaxed(2), relaxed(2, "paper")
     for name in ("puncture_depth", "puncture_force"):
         assert fit.parameters[name].value == one.parameters[name].value
     truth = nf.preset("paper").layers[0].puncture.depth
@@ -91,7 +96,7 @@ def test_parameters_of_a_layered_default_hold_the_truth(kept):
 @pytest.mark.parametrize("name", ["contact_depth", "puncture_depth"])
 def test_a_depth_of_the_layered_model_elsewhere_is_named(name):
     """Dragged or layered tissue: a deeper rupture of the model may describe the cycle better than the first one."""
-    one = nf.identify(recorded(0, kept=0.4), model="paper")
+    _, one = relaxed(1, "paper")
     measured = one.parameters[name]
     for shift, named in ((0.0, False), (2e-3, True)):
         moved = {field: getattr(measured, field) + shift for field in ("value", "low", "high")}

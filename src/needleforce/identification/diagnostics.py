@@ -52,9 +52,12 @@ MODEL_ERRORS = {
     "slower misfit": "slow misfit below the puncture",
     "insertion": "strokes that disagree",
     "withdrawal": "strokes that disagree",
+    "time": "friction or a gain that changes with time",
+    "bend": "a bent insertion",
     "drop": "a puncture off the fall of the force",
     "stiffer machine": "the machine stiffness",
     "softer machine": "the machine stiffness",
+    "machine": "a machine in series that may be there",
 }
 NO_CAUSE = "steps of depth, force or time"
 WHITE = "white"

@@ -183,7 +183,7 @@ def identify(
     machine = machine_stiffness_of(singles) if machine_stiffness is None else machine_stiffness
     if isinstance(machine, Estimate):
         singles = [fitted(behind(each, machine), laws, saturation) for each in singles]
-        seconds = _at_tip(seconds, machine.value)
+        seconds = _at_tip(seconds, machine.value) if machine.identifiable else seconds
     preferred = laws
     if model is None:
         singles, laws = _further_laws(singles, laws, saturation)
@@ -355,7 +355,7 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
     if match is not None and not match.met:
         of_law = found.keys() & set(FITS[law].parameters)
         found |= {name: dataclasses.replace(found[name], identifiable=False) for name in of_law}
-    found |= {} if peak is None else {"puncture_force": peak.estimate()}
+    found |= {} if peak is None else {"puncture_force": peak.estimate(fit.causes)}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:
         held = "held fixed: from the needle's tip and radius"

@@ -5,7 +5,6 @@ force; one layer or several by what the complete cycles support."""
 import math
 import statistics
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -24,7 +23,6 @@ from .settings import Choice
 from .statistics.noise import SIGNIFICANT, noise_of
 from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
 
-MIN_FREE_SAMPLES = 50  # of free travel, for its noise
 HELD_SHARE = 25.0  # [%] of the withdrawal below the surface: a quarter of the samples is neither noise nor a jerk
 # Parameters that the one-layer fit takes from the part of a recording that shows them
 ONE_LAYER = (
@@ -44,22 +42,18 @@ DISAGREES = (
     "whole cycle so: the value given is that from the force."
 )
 
-_peaks: WeakKeyDictionary[SegmentedRecording, dict[str, MeasuredPeak | None]] = WeakKeyDictionary()
-
 
 def peak_of(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
-    """The measured force at the puncture of one recording, which is measured once for each law."""
-    known = _peaks.setdefault(single, {})
-    if law not in known:
-        known[law] = _measured_peak(single, law)
-    return known[law]
+    """The measured force at the puncture of one recording, which is measured once for each fit."""
+    fit = single.fits[law]
+    if fit not in single.peaks:
+        single.peaks[fit] = _measured_peak(single, law)
+    return single.peaks[fit]
 
 
 def _measured_peak(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
-    events, strokes = single.events, single.strokes
-    free = strokes.place_in(events.contact.low) if events.contact is not None else 0
-    given = single.recording.card.filter_length, free
-    found = measured_peak(strokes, single.fits[law], events.punctures[0], *given)
+    given = single.events.punctures[0], single.recording.card.filter_length, single.free_noise
+    found = measured_peak(single.strokes, single.fits[law], *given)
     return None if found is None else found.rounded(single.force_step)
 
 
@@ -99,16 +93,14 @@ def offered(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[s
 def leaves_noise(single: SegmentedRecording, law: str) -> bool:
     """Whether the residual of the loading curve is no larger than the noise of the free travel, by a test of the ratio
     of two variances of correlated samples; False where the free travel is too short to know."""
-    events, strokes = single.events, single.strokes
-    free = strokes.force_in[: strokes.place_in(events.contact.low) if events.contact is not None else 0]
-    if law not in single.loading or len(free) < MIN_FREE_SAMPLES:
+    noise = single.free_noise
+    if law not in single.loading or noise is None:
         return False
     found = single.loading[law].noise
-    noise = noise_of(free - free.mean(), len(free), single.recording.card.filter_length, 1.0)
     if not noise.variance > 0.0:
         return not found.sse > 0.0
     correlation = noise.long_run / noise.variance
-    scatter = math.sqrt(2.0 * correlation * (1.0 / len(free) + 1.0 / found.count))
+    scatter = math.sqrt(2.0 * correlation * (1.0 / noise.count + 1.0 / found.count))
     return found.variance <= noise.variance * (1.0 + SIGNIFICANT * scatter)
 
 

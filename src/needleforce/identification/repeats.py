@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import Recording
-from ..recording.recording import copies
+from ..recording.copies import copies
 from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
 from ..segmentation.strokes import white_noise
 from ..vocabulary import SMALLEST

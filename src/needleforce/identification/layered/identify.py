@@ -2,6 +2,7 @@
 """Identification of a layered model from repeats, and its result: in addition to that of one layer the rupture depths,
 the uncertainty of the parameters, and the model for an insertion that was not recorded."""
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -46,14 +47,15 @@ from .model_selection import (
 )
 from .parameters import MM, TOP
 from .prediction import Expectation, Ruptures, expectation, ruptures, with_population
-from .search import Solved, grow, made_passive, on_all_cores, population_fit, refined
+from .search import Solved, grow, made_passive, on_all_cores, population_fit, refined, to_runs
 from .uncertainty import Uncertainty, uncertainty_of
 
 MAX_LAYERS = 3
 
 
-Grown = dict[tuple[int, ...], list[Solved]]
-"""The fits with 1, 2, … layers in the form as fitted, from which the other forms start, by the recordings' ids."""
+Grown = dict[tuple[str, tuple[int, ...]], Iterator[Solved]]
+"""The fits with 1, 2, … layers, made when they are needed, by their form and the recordings' ids: the other forms start
+from that as fitted, and fits to fewer of the recordings from those to more."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -162,21 +164,16 @@ def identify_layered(
     """The layered fit of segmented recordings; ``layers`` is their number, None selects it by the evidence.
 
     ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted. A
-    puncture is not needed: a withdrawal shows as much. Calls with the same recordings may share ``grown``. A stiffness
-    that is ``given`` needs ``layers``.
+    puncture is not needed: a withdrawal shows as much. Calls with the same recordings, or fewer, may share ``grown``. A
+    stiffness that is ``given`` needs ``layers``.
     """
     usable = [single for single in singles if single.events.contact is not None]
     if not any(single.events.punctures or single.events.spans(Phase.extraction) for single in usable):
         return _without_model(singles, name)
     pairs, form = [(single.recording, single.events) for single in usable], LAYERED[name]
-    fine, grown = binned_cycles(pairs, FINE), {} if grown is None else grown
-    if (key := tuple(map(id, usable))) not in grown:
-        work = grow(binned_cycles(pairs, COARSE["as_fitted"]), layers or MAX_LAYERS)
-        grown[key] = list(_watched(work, layers or MAX_LAYERS, progress, "layer by layer"))
-    solved = grown[key]
-    if form != "as_fitted":
-        work = made_passive(solved, form, binned_cycles(pairs, COARSE[form]))
-        solved = list(_watched(work, len(solved), progress, "in the passive form"))
+    fine, grown, count = binned_cycles(pairs, FINE), {} if grown is None else grown, layers or MAX_LAYERS
+    work = _searched(usable, form, count, grown)
+    solved = list(_watched(work, count, progress, "layer by layer"))
     tried, best = _evidence([with_known(solved[-1], given.stiffness)] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)
@@ -204,6 +201,24 @@ def identify_layered(
         population_contact=MM * float((population or ended).x[TOP]),
         surface=MM * float(ended.x[TOP]),
     )
+
+
+def _searched(usable: list[SegmentedRecording], form: str, count: int, grown: Grown) -> Iterator[Solved]:
+    """The fits with 1, 2, … ``count`` layers in a form, of which ``grown`` keeps each."""
+    ids = tuple(map(id, usable))
+    if (form, ids) not in grown:
+        cycles = binned_cycles([(single.recording, single.events) for single in usable], COARSE[form])
+        more = next((key for key in grown if key[0] == form and set(ids) < set(key[1])), None)
+        if more is not None:
+            grown[more], whole = itertools.tee(grown[more])
+            runs = [more[1].index(each) for each in ids]
+            grown[form, ids] = (to_runs(each, runs, cycles) for each in whole)
+        elif form == "as_fitted":
+            grown[form, ids] = grow(cycles, count)
+        else:
+            grown[form, ids] = made_passive(_searched(usable, "as_fitted", count, grown), count, form, cycles)
+    grown[form, ids], found = itertools.tee(grown[form, ids])
+    return found
 
 
 def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | None]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..statistics.noise import noise_of
 from ..statistics.regression import VERY_STRONG_BIC, bic_gain, criterion, independent_samples
-from .binned_cycle import BinnedCycle
+from .binned_cycle import BIN_ERROR, BinnedCycle
 from .parameters import (
     NO_RELAXATION,
     NO_SATURATION,
@@ -23,7 +23,6 @@ from .problem import REFUSED_RESIDUAL
 from .search import Solved, again, with_saturation
 
 MAX_ERROR_RATIO = 1.02  # over the smallest error: a smaller difference matters to nobody
-BIN_ERROR = 0.005  # [of the peak] between the force along the bins of the search and along the samples
 MIN_HOLD_BINS, MAX_T = 6, 3.6  # Student's quantile of 0.1 % with 20 degrees of freedom
 HELD_OUT_STEPS = 25  # of the fit to the other repeats, which starts at the fit to all
 MIN_REPEATS = 3  # for a selection by held-out repeats, and for a scatter between repeats
