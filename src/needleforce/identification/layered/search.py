@@ -214,10 +214,14 @@ def refined(solved: Solved, cycles: tuple[BinnedCycle, ...]) -> Solved:
 
 def to_runs(solved: Solved, runs: list[int], cycles: tuple[BinnedCycle, ...]) -> Solved:
     """The fit to some of the ``runs`` alone, whose ``cycles`` are given, started at the fit to all of them."""
+    unknowns = replace(solved.problem.unknowns, runs=len(runs), times=relaxation_times(cycles))
+    return again(solved, at_runs(solved, runs), unknowns=unknowns, cycles=cycles)
+
+
+def at_runs(solved: Solved, runs: list[int]) -> np.ndarray:
+    """The vector of a fit for some of its ``runs`` alone."""
     unknowns = solved.problem.unknowns
-    own = replace(unknowns, runs=len(runs), times=relaxation_times(cycles))
-    x = np.concatenate([solved.x[: unknowns.shared], unknowns.punctures(solved.x)[runs].ravel()])
-    return again(solved, x, unknowns=own, cycles=cycles)
+    return np.concatenate([solved.x[: unknowns.shared], unknowns.punctures(solved.x)[runs].ravel()])
 
 
 def population_fit(solved: Solved) -> Solved:
