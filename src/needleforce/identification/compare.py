@@ -21,6 +21,7 @@ from .models import BENT, COMPARED, GRADUAL_LAYERS, LAYERED, MODELS, SAME_FORCE,
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import fit_single
 from .one_layer.loading_curves import FITS
+from .one_layer.machine_stiffness import at_tip
 from .one_layer.segmented_recording import SegmentedRecording
 from .one_layer.staged_fit import forms_after_puncture
 from .repeats import differing_repeats, paired
@@ -34,6 +35,7 @@ def compare(
     progress: Progress | None = None,
     *,
     needle: Needle | Model | str | os.PathLike | None = None,
+    machine_stiffness: float | None = None,
 ) -> Comparison:
     """Fit each named model to every recording, and predict each repeat from the others.
 
@@ -51,6 +53,8 @@ def compare(
         ``progress(iterable, text)`` wraps the work.
     needle : Needle, Model, preset, preset file, JSON of a fit or needle file, optional
         As in ``identify``: with tip and radius the depth of the tip's cone is held fixed.
+    machine_stiffness : float, optional
+        Stiffness [N/m] of sensor, holder and drive in series, as in ``identify``: the depths are then those of the tip.
 
     Returns
     -------
@@ -60,7 +64,8 @@ def compare(
     Raises
     ------
     InputError
-        For an unknown model, no model, no recording, and a file given twice.
+        For an unknown model, no model, no recording, a file given twice, and a machine stiffness that leaves no travel
+        to the tissue.
     """
     if not models:
         known = ", ".join((*MODELS, *BENT, *LAYERED, GRADUAL_LAYERS))
@@ -70,6 +75,7 @@ def compare(
     laws = {name: None if name in layered else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     recordings, _ = paired(recordings, ())
+    recordings = recordings if machine_stiffness is None else [at_tip(each, machine_stiffness) for each in recordings]
     body = None if needle is None else needle_of(needle)
     given = FitInputs(body, needle_saturation(body), {})
     watched = progress(recordings, "comparing") if progress else recordings
