@@ -88,21 +88,25 @@ def test_a_replay_meets_the_peak_of_its_own_recording(width):
         assert replayed.max() == pytest.approx(recording.force.max(), rel=0.05), seed
 
 
-@pytest.mark.parametrize("width, limit", [(0.3e-3, 0.05), (0.7e-3, 0.05), (1.5e-3, 0.14)])
-def test_a_replay_of_another_puncture_has_its_force(monkeypatch, width, limit):
-    """One tissue that ruptures 15 % earlier to 20 % later, in a zero of the depth that moves by up to 0.8 mm. The force
-    at the peak goes by the square of the indentation, 4 mm; segmentation has a flat peak within 0.3 mm only."""
-    runs = []
-    for k, longer in enumerate((1.0, 0.85, 0.95, 1.1, 1.2)):
-        monkeypatch.setattr(f"{__name__}.ONSET", ONSET_AT := 4e-3 * longer)
-        monkeypatch.setattr(f"{__name__}.PEAK", (ONSET_AT / 4e-3) ** 2)
-        run = insertion(width, k)
-        runs.append(nf.Recording(time=run.time, depth=run.depth + 0.2e-3 * k, force=run.force))
-    fit = nf.identify(runs[:1])
-    met = [fit.predict(run, events=nf.segment(run)).max() / run.force.max() for run in runs]
-    assert np.abs(np.log(met)).max() < limit, met
-    alone = [fit.predict(run).max() / run.force.max() for run in runs]
-    assert max(alone) - min(alone) > 3.0 * (max(met) - min(met))
+@pytest.mark.parametrize("width", [1e-9, 0.1e-3, 0.3e-3, 0.7e-3, 1.1e-3, 1.5e-3])
+def test_a_replay_of_another_puncture_has_its_force(monkeypatch, many, width):
+    """One tissue that ruptures 30 % earlier to 20 % later, in a zero of the depth that moves by up to 1 mm. Force at
+    the peak goes by the square of the indentation: the 0.02 mm by which a contact is known are 1 % to 2 %."""
+    met, alone = [], []
+    for seed in range(many(3, 10)):
+        runs, tops = [], []
+        for k, longer in enumerate((1.0, 0.7, 0.85, 0.95, 1.1, 1.2)):
+            monkeypatch.setattr(f"{__name__}.ONSET", 4e-3 * longer)
+            monkeypatch.setattr(f"{__name__}.PEAK", longer**2)
+            run = insertion(width, 10 * seed + k, deep=9e-3)
+            runs.append(nf.Recording(time=run.time, depth=run.depth + 0.2e-3 * k, force=run.force))
+            tops.append(insertion(width, 0, noise=0.0, deep=9e-3).force.max())
+        fit = nf.identify(runs[0])
+        met += [fit.predict(run, events=nf.segment(run)).max() / top for run, top in zip(runs[1:], tops[1:])]
+        alone += [fit.predict(run).max() / top for run, top in zip(runs[1:], tops[1:])]
+    error = np.abs(np.log(met))
+    assert np.sqrt(np.mean(error**2)) < 0.03 and np.mean(error < 0.05) >= 0.9 and error.max() < 0.08, met
+    assert np.sqrt(np.mean(error**2)) < 0.1 * np.sqrt(np.mean(np.log(alone) ** 2))
 
 
 @pytest.mark.parametrize("filter_length", [1, 10])

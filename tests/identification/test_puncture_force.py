@@ -30,7 +30,7 @@ def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
         high={"puncture_depth": STEP * (PEAK - 19), "force_offset": ZERO + 1e-4},
     )  # fmt: skip
     late = STEP * (PEAK + 0.5 * (FILTER - 1))  # events have the depth of the force as filtered
-    event = SimpleNamespace(force=float(strokes.force_in[PEAK - 3 : PEAK + 1].max()), depth=late)
+    event = SimpleNamespace(force=float(strokes.force_in[PEAK - 3 : PEAK + 1].max()), depth=late, gradual=False)
     free = Noise(count=CONTACT - 20, variance=1e-6, long_run=1e-6)
     found = measured_peak(strokes, fit, event, FILTER, free).estimate({})
     assert found.value == pytest.approx(0.2, abs=2e-3)

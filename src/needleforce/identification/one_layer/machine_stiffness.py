@@ -156,7 +156,7 @@ def _shown(single: SegmentedRecording) -> Estimate | None:
     options = CycleOptions(law="cone_cylinder", filter_length=single.recording.card.filter_length)
     profile = Profile(strokes, options)
     without = profile.residuals(0.0)
-    if without is None:
+    if without is None or not largest > 0.0:
         return None
     best, error = _best(profile, largest)
     left = profile.residuals(best)

@@ -64,15 +64,15 @@ def measured_peak(
     """The measured force at the puncture: a curve through the last 0.1 mm before the puncture, read at its depth.
 
     A line, or a parabola where the window is more than 3 % of the indentation; samples that a filter smears are left
-    out. Tissue may rupture gradually: if the peak that segmentation finds is clearly above the curve, the force fell
-    before the fitted puncture, and the curve ends at the peak instead. The noise is that of the ``free`` travel before
-    the contact, or of the differences of neighbouring samples where that is too short. None with too few samples before
-    the puncture.
+    out. Where tissue ruptures gradually, or the peak that segmentation finds is clearly above the curve, so that the
+    force fell before the fitted puncture, the curve ends at the peak instead. The noise is that of the ``free`` travel
+    before the contact, or of the differences of neighbouring samples where that is too short. None with too few samples
+    before the puncture.
     """
     noise = free if free is not None and free.count >= 4 * filter_length else _neighbours_noise(strokes, filter_length)
     found = _peak_at(strokes, fit, fit.puncture.before - fit.puncture.left_out, fit.values["puncture_depth"], noise)
     above = 0.0 if found is None else puncture.force - fit.values["force_offset"] - found.force
-    if above > PEAK_DROP_SIGMA * math.sqrt(noise.variance):
+    if puncture.gradual or above > PEAK_DROP_SIGMA * math.sqrt(noise.variance):
         peak = _sample_of(puncture, strokes)
         return _peak_at(strokes, fit, peak + 1, float(strokes.depth_in[peak]), noise)
     return found
