@@ -88,6 +88,11 @@ def test_a_known_machine_is_held():
     assert fit.parameters.machine_stiffness.value == 20e3 and "as given" in fit.held_fixed[0]
 
 
+def test_a_comparison_takes_a_known_machine():
+    (row,) = nf.compare([recorded(20e3, seed=seed) for seed in range(2)], ["paper"], machine_stiffness=20e3)
+    assert row.residual == pytest.approx(NOISE / TRUE["puncture_force"], rel=0.1)  # of the loading curve
+
+
 @pytest.mark.parametrize(
     "stiffness, words", [(0.0, "must be above 0"), (np.nan, "must be above 0"), (1e3, "1.22 N/mm")]
 )

@@ -175,8 +175,8 @@ FOUND = {  # an error that repeats share, by the names of what it changes and th
 }
 
 
-def repeated(first, n, **options):
-    return nf.identify([cycle(seed, **options) for seed in range(first, first + n)])
+def repeated(first, n, model=None, **options):
+    return nf.identify([cycle(seed, **options) for seed in range(first, first + n)], model=model)
 
 
 @pytest.fixture(scope="module")
@@ -190,6 +190,14 @@ def test_an_error_that_repeats_share_stays_in_their_mean(kind, ten, many):
     for name, value in FOUND[kind][1].items():
         held = [fit.parameters[name].low <= value <= fit.parameters[name].high for fit in fits]
         assert np.mean(held) >= 0.8, (name, [fit.parameters[name] for fit in fits])
+
+
+@pytest.mark.parametrize("power", [1.3, 2.6])
+def test_repeats_of_another_law_do_not_form_groups(power, many):
+    """Whether the strokes agree with its loading curve, and so the contact of the fit, differs between repeats."""
+    for first in range(300, 300 + 10 * many(2, 10), 10):
+        fit = repeated(first, 10, loading=functools.partial(steep, power), model="paper")
+        assert not any("two groups" in sentence for sentence in fit.warnings)
 
 
 def test_the_systematic_part_is_named_with_its_cause(ten):

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..segmentation.contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
-from ..segmentation.punctures import FALSE_ALARMS
 from ..vocabulary import Phase
 from .diagnostics import MAX_RESIDUAL, quality
 from .estimates import Estimate
@@ -21,7 +20,7 @@ from .recording_fit import RecordingFit
 from .result import Fit
 from .settings import Choice
 from .statistics.noise import SIGNIFICANT, noise_of
-from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
+from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples, misfit_gain
 
 HELD_SHARE = 25.0  # [%] of the withdrawal below the surface: a quarter of the samples is neither noise nor a jerk
 # Parameters that the one-layer fit takes from the part of a recording that shows them
@@ -184,12 +183,6 @@ def held_by_tissue(single: SegmentedRecording) -> bool:
     return len(inside) > 0 and float(np.percentile(inside, HELD_SHARE)) < events.baseline - min_pull
 
 
-def by_punctures(singles: list[SegmentedRecording]) -> float:
-    """The evidence of the punctures after the first for further layers, as a difference of BIC: noise alone would make
-    one in ``1 / FALSE_ALARMS`` recordings."""
-    return -2.0 * math.log(FALSE_ALARMS) * sum(max(len(single.events.punctures) - 1, 0) for single in singles)
-
-
 def goes_in_only(singles: list[SegmentedRecording]) -> bool:
     """Whether no recording has a withdrawal, and half of those with contact have two punctures or more."""
     touching = [single for single in singles if single.events.contact is not None]
@@ -246,19 +239,6 @@ class CycleEvidence:
             f"layer ({law}) and {100 * self.layered:.2g} % with layers. Give model='{other}' for the other one."
         )
 
-    def compared(self, law: str) -> str:
-        """A layered model that was named, compared with one layer, in words."""
-        verdict = (
-            "the layered law describes these recordings better."
-            if self.for_layers
-            else (f"one layer describes these recordings as well or better. Give model='{law}', or leave model out.")
-        )
-        return (
-            f"Compared with one layer ({law}), over insertion, hold and withdrawal without the friction reversal, its "
-            f"residual is {100 * self.one_layer:.2g} % of the peak and that of layers {100 * self.layered:.2g} %: "
-            f"{verdict}"
-        )
-
 
 def cycle_evidence(one: Fit, layered: Fit, singles: list[SegmentedRecording], shared: int) -> CycleEvidence | None:
     """The evidence of the recordings that both models describe; None without one.
@@ -284,8 +264,7 @@ def cycle_evidence(one: Fit, layered: Fit, singles: list[SegmentedRecording], sh
 def _compared(one: np.ndarray, layered: np.ndarray) -> tuple[float, float]:
     """Independent samples of two residuals, and minus twice the logarithm of their ratio of likelihoods."""
     noises = [noise_of(each, len(each)) for each in (one, layered)]
-    samples = independent_samples(noises)
-    return samples, bic_gain(noises[1].sse, noises[0].sse, 0, samples)
+    return independent_samples(noises), misfit_gain(noises[1], noises[0])
 
 
 def with_one_layer_parameters(layered: Fit, one: Fit) -> Fit:

@@ -77,6 +77,8 @@ class LayeredFit(Fit):
         Depth [m] of its surface in the recordings' zero.
     surface : float
         The same of ``model``, from which a ``contact_depth`` that is taken from one layer may differ.
+    held_out : tuple of numpy.ndarray
+        Force (n,) [N] along each recording with a fit, predicted by a fit to the others; empty with fewer than three.
     """
 
     settings: LayeredSettings
@@ -86,6 +88,7 @@ class LayeredFit(Fit):
     population: Model | None = None
     population_contact: float = 0.0
     surface: float = 0.0
+    held_out: tuple[np.ndarray, ...] = ()
 
     def _predicted(self, recording: Recording, events: Events | None) -> np.ndarray:
         """As of a ``Fit``: the mean force over the scatter of the rupture depths, which errs least.
@@ -200,6 +203,7 @@ def identify_layered(
         population=None if population is None else _model(population, None, given, usable)[0],
         population_contact=MM * float((population or ended).x[TOP]),
         surface=MM * float(ended.x[TOP]),
+        held_out=tuple(_held_out(*each) for each in zip(best.others, best.solved.problem.cycles, usable)),
     )
 
 
@@ -226,6 +230,13 @@ def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | N
     ended = refined_with(solved, fine) if solved.problem.known else refined(solved, fine)
     yield ended
     yield population_fit(ended) if len(fine) > 1 else None
+
+
+def _held_out(others: Solved, cycle: BinnedCycle, single: SegmentedRecording) -> np.ndarray:
+    """Force (n,) [N] along a recording by the fit to the others; ``cycle`` has its speed."""
+    time, depth = single.recording.time, np.ascontiguousarray(single.recording.depth, float)
+    dt = np.diff(time, prepend=time[0] - 1.0 / single.recording.rate)
+    return others.problem.speed_factor(cycle, others.x) * expectation(others).force(depth, dt)
 
 
 def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -> Iterator:
