@@ -50,6 +50,10 @@ class InputError(ValueError):
         self.place, self.next_step = place, next_step
         super().__init__(self._message())
 
+    def __reduce__(self) -> tuple:
+        """Its parts, so that a copy from another process is the same."""
+        return type(self), (self.quantity, self.value, self.limit, self.place, self.next_step)
+
     def _message(self) -> str:
         parts = (self.quantity, self.value, self.limit, self.place, self.next_step)
         quantity, value, limit, place, next_step = map(_part, parts)

@@ -29,6 +29,14 @@ BAD = 4  # the faulty repeat
 UNREADABLE = {"empty": "", "text": "these are\nno numbers\n", "depthless": "time_s,force_N\n0,0\n0.1,1\n0.2,2\n"}
 
 
+@pytest.fixture(scope="session", autouse=True)
+def one_processor():
+    """In this process, unless a test asks for more: the tests themselves run side by side."""
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("needleforce.running.workers.processors", lambda: 1)
+        yield
+
+
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory) -> Path:
     """Two or three valid repeats and a faulty one of each specimen, and files that are not recordings."""

@@ -9,7 +9,7 @@ import simulated_runs as runs
 import needleforce as nf
 from needleforce.campaign import campaign
 from needleforce.campaign.folder_files import File, find_files
-from needleforce.campaign.labels import grouped, label_files, name_pattern
+from needleforce.campaign.labels import card_entries, grouped, label_files, name_pattern
 from needleforce.recording.log import LogWriter
 
 RIG = "{rig}__{specimen}_{speed_mm_s}_{angle_deg}_{needle}_{repeat}_{date}"
@@ -79,7 +79,11 @@ def named(tmp_path, *names: str) -> list[File]:
     for name in names:
         (tmp_path / name).parent.mkdir(exist_ok=True, parents=True)
         (tmp_path / name).write_text("")
-    return find_files(tmp_path)
+    return find_files(tmp_path)[0]
+
+
+def cards(files: list[File]) -> dict:
+    return {file.path: card_entries(file.path)[0] for file in files}
 
 
 def test_folders_globs_and_lists_in_any_order(tmp_path):
@@ -87,7 +91,7 @@ def test_folders_globs_and_lists_in_any_order(tmp_path):
     found = named(tmp_path, *names)
     assert [file.name for file in found] == ["a/x.csv", "a/y.TXT", "b/z.tsv"]
     both = [tmp_path / "b" / "z.tsv", tmp_path / "a", str(tmp_path / "*" / "x.csv")]
-    assert find_files(both) == find_files(both[::-1]) == found
+    assert find_files(both)[0] == find_files(both[::-1])[0] == found
     for nothing in (tmp_path / "c*", []):
         with pytest.raises(nf.InputError):
             find_files(nothing)
@@ -98,7 +102,7 @@ def test_folders_globs_and_lists_in_any_order(tmp_path):
 
 def test_repeats_differ_only_in_repeat_fields(tmp_path):
     files = named(tmp_path, "gel_2_1_monday.csv", "gel_2_2_friday.csv", "gel_10_1_friday.csv", "skin_2_1_friday.csv")
-    labels, _ = label_files(files, "{specimen}_{speed}_{repeat}_{date}", None)
+    labels, _ = label_files(files, "{specimen}_{speed}_{repeat}_{date}", None, {})
     groups = [[label.file.name for label in group] for group in grouped(labels, ("repeat", "date"))]
     assert groups == [["gel_2_1_monday.csv", "gel_2_2_friday.csv"], ["gel_10_1_friday.csv"], ["skin_2_1_friday.csv"]]
     groups = grouped(labels, ("speed", "repeat", "date"))
@@ -112,7 +116,8 @@ def test_pattern_then_mapping_then_card(tmp_path):
         nf.write(carded if name != "bare.csv" else one, tmp_path / name)
     table = tmp_path / "what.map"
     table.write_text("file;specimen;gauge\nmapped;skin;22\ngel_1.csv;other;\ngone.csv;x;y\n")
-    labels, notes = label_files(find_files(tmp_path), "{specimen}_{repeat}", table)
+    files = find_files(tmp_path)[0]
+    labels, notes = label_files(files, "{specimen}_{repeat}", table, cards(files))
     assert {label.file.name: label.fields for label in labels} == {
         "gel_1.csv": {"specimen": "gel", "repeat": "1"},
         "mapped.csv": {"specimen": "skin", "gauge": "22"},
@@ -129,14 +134,14 @@ def test_the_card_of_every_format_gives_fields(tmp_path, ending):
     one = runs.run(1)
     carded = dataclasses.replace(one, card=dataclasses.replace(one.card, tissue="gel", needle="21 G"))
     path = nf.write(carded, tmp_path / f"carded.{ending}")
-    (label,), _ = label_files([File(path.name, path)], None, None)
+    (label,), _ = label_files([File(path.name, path)], None, None, cards([File(path.name, path)]))
     assert label.fields == {"needle": "21 G", "tissue": "gel"}
 
 
 def test_the_card_of_a_live_recording_gives_speed_and_pass(tmp_path):
     path = tmp_path / "run.mcap"
     LogWriter(path, {"tissue": "gel", "speed_mm_s": "3", "pass": "2", "site": "4"}).close({})
-    (label,), _ = label_files([File(path.name, path)], None, None)
+    (label,), _ = label_files([File(path.name, path)], None, None, cards([File(path.name, path)]))
     assert label.fields == {"tissue": "gel", "speed_mm_s": "3", "pass": "2"}
 
 
@@ -154,9 +159,9 @@ def test_the_card_of_a_live_recording_gives_speed_and_pass(tmp_path):
 def test_a_wrong_mapping_is_refused(tmp_path, text, word):
     (tmp_path / "map.txt").write_text(text)
     with pytest.raises(nf.InputError, match=word):
-        label_files([], None, tmp_path / "map.txt")
+        label_files([], None, tmp_path / "map.txt", {})
 
 
 def test_a_missing_mapping_is_refused(tmp_path):
     with pytest.raises(nf.InputError, match="mapping"):
-        label_files([], None, tmp_path / "gone.csv")
+        label_files([], None, tmp_path / "gone.csv", {})

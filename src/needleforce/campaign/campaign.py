@@ -1,10 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``campaign``: identify every condition in a folder of recordings, with a result for every recording: repeats
-identified, their anomalies, the pooled fit of the valid ones, and the curves that are kept."""
+"""``campaign``: identify every condition in a folder of recordings, with a result for every recording. Workers read the
+files and identify the conditions; what they found is kept in a folder, if one is given, and put together here."""
 
+import logging
 import os
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Iterable, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,25 +15,28 @@ import numpy as np
 
 from ..core import Needle
 from ..errors import InputError
-from ..identification import Estimate, Fit, RecordingFit, identify
+from ..files import digest
+from ..identification import identify
+from ..preset_files import needle_of
 from ..recording import Recording
-from ..recording.mappings import IN_FOLDER
+from ..recording.mappings import IN_FOLDER, load_mapping
 from ..recording.options import FileOptions, ReadOptions, keywords_of
-from ..recording.reader import RecordingFile, open_file
-from ..segmentation.strokes import cycles
-from ..vocabulary import Status
-from .checks import check_repeats, moving_repeats, outliers, wrong_labels
-from .folder_files import File, find_files, other_files
+from ..running import Workers, outcomes, started
+from ..state_folder import StateFolder, key_of
+from ..vocabulary import Status, __version__
+from .checks import wrong_labels
+from .condition import ConditionTask, failed, identified
+from .file_facts import FileFacts, FileTask, facts_of, stamp_of
+from .folder_files import File, find_files
+from .kept_results import Plan, decoded, decoded_condition, encoded
 from .labels import REPEATS, Label, grouped, inferred, label_files
-from .recording_result import INVALIDATING, Anomaly, RecordingResult, RecordingSummary, Trace, event_quantities, trace
-from .repeat_checks import copy_anomalies
-from .result import Campaign, Condition
+from .recording_result import INVALIDATING, Anomaly, RecordingResult
+from .result import Campaign, Condition, is_result
 
 Progress = Callable[[Any, str], Any]
-ALL_LEFT_OUT = "No recording is left to pool: {}"
-TOO_WIDE = "the interval is wider than the value"
-_ARBITRARY_ZERO = ("contact_depth", "puncture_depth")
-NO_PARAMETERS = "No recording gives parameters: {}"
+KIND, PLAN = "campaign", "plan"
+READ_AT_ONCE = 8  # files that are sent to a worker together: reading one takes some 20 ms, sending it to a cluster 2 ms
+_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +62,14 @@ class CampaignOptions(FileOptions):
         Fields in which repeats of one condition differ. Files with equal other fields are repeats of one condition; a
         file without fields is identified by itself.
     progress : callable, optional
-        ``progress(iterable, text)`` wraps the work over files, for a progress bar.
+        ``progress(iterable, text)`` wraps the work over files and over conditions, for a progress bar.
+    jobs : int, optional
+        Number of processes; default: one for each processor. The result does not depend on it.
+    scheduler : str, optional
+        The address of a Dask scheduler whose workers do the work, or ``"local"``; needs the extra ``cluster``.
+    state : str or os.PathLike, optional
+        A folder in which the result of each condition is kept: a campaign that was stopped continues, and what has not
+        changed is not done again.
     """
 
     instrument: str | os.PathLike | None = None
@@ -66,40 +79,25 @@ class CampaignOptions(FileOptions):
     needle: Needle | None = None
     repeats: Collection[str] = REPEATS
     progress: Progress | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class LoadedFile:
-    """A file with its recording, or with None and the error message if it cannot be read."""
-
-    label: Label
-    recording: Recording | None
-    problem: str = ""
-
-    @property
-    def name(self) -> str:
-        """The file's path relative to the campaign's folder."""
-        return self.label.file.name
-
-    def without_folder(self, sentence: str) -> str:
-        """A sentence without the path of the campaign's folder, so that the result does not depend on it."""
-        return sentence.replace(str(self.label.file.path), self.name)
+    jobs: int | None = None
+    scheduler: str | None = None
+    state: str | os.PathLike | None = None
 
 
 @keywords_of(CampaignOptions)
-def campaign(source: str | os.PathLike | Iterable[str | os.PathLike], options: CampaignOptions) -> Campaign:
+def campaign(source: str | os.PathLike | Iterable[str | os.PathLike] | None, options: CampaignOptions) -> Campaign:
     """Identify every condition of a campaign.
 
-    The result does not depend on the order of the files. Only the arrays of one condition are in memory at a time. A
-    file that cannot be read or identified is part of the result, with its status, and a file of the folder that is not
-    a recording is listed with the reason. Every recording of a file with several is used, or those of ``part``, as for
-    ``read_all``: ``"cycle *"`` takes every cycle of a recording that repeats, which by default is used as a whole. They
-    are repeats of one condition.
+    The result does not depend on the order of the files, on the number of processes, nor on whether it was interrupted.
+    Only the arrays of one condition are in the memory of a process at a time. A file that cannot be read or identified
+    is part of the result, with its status, and a file of the folder that is not a recording is listed with the reason.
+    Every recording of a file with several is used, or those of ``part``, as for ``read_all``: ``"cycle *"`` takes every
+    cycle of a recording that repeats, which by default is used as a whole. They are repeats of one condition.
 
     Parameters
     ----------
     source : str, os.PathLike or iterable of them
-        A folder, a glob, or a list of files, folders and globs.
+        A folder, a glob, or a list of files, folders and globs. None for what the folder ``state`` has so far.
     options : CampaignOptions
         The keywords.
 
@@ -111,99 +109,204 @@ def campaign(source: str | os.PathLike | Iterable[str | os.PathLike], options: C
     Raises
     ------
     InputError
-        A source without files, a pattern that matches none of them, a mapping that cannot be read, or an unknown model.
+        A source without files, a pattern that matches none of them, a mapping that cannot be read, an unknown model, a
+        scheduler that does not answer, or a state folder that another program uses.
     """
-    pattern, mapping, repeats = options.pattern, options.mapping, options.repeats
-    reading = ReadOptions(**options.of_every_file(), mapping=options.instrument)
-    files, not_recordings = _sorted_out(source, mapping, replace(reading, part=None))
-    files = [each for file in files for each in file.parts(reading)]
-    recordings = _Recordings(reading)
-    labels, notes = label_files(files, pattern, mapping)
-    if pattern is None and mapping is None:
-        labels, more = inferred(labels, lambda file: _speed(file, recordings))
-        notes += more
-    found = list(_conditions(grouped(labels, repeats), options, recordings))
-    conditions = _with_wrong_labels([each for each in found if each.recordings[0].fields])
-    others = [each.recordings[0] for each in found if not each.recordings[0].fields]
-    reasons = {label.file.name: label.why for label in labels}
-    without = tuple(_without_condition(each, reasons[each.file]) for each in others)
-    return Campaign(tuple(conditions), without, tuple(notes), tuple(not_recordings))
+    if source is None:
+        return _so_far(options.state)
+    work = _Work(options)
+    if options.model is not None:  # one that is unknown is refused before any file is read
+        still = np.zeros(10)
+        identify([Recording(np.arange(10.0), still, still, still)], model=options.model, needle=work.needle)
+    files, others = campaign_files(source)
+    with work.state_folder() as work.state, started(options.jobs, options.scheduler) as work.workers:
+        labels, plan = _labelled(source, files, others, work)
+        groups = grouped(labels, options.repeats)
+        tasks = [work.task(group) for group in groups]
+        plan = replace(plan, keys=tuple(map(work.key, tasks)))
+        if work.state is not None:
+            work.state.replace(PLAN, encoded(plan))
+        return _put_together(work.conditions(tasks, plan.keys), plan)
 
 
-def _sorted_out(
-    source: Any, mapping: str | os.PathLike | None, options: ReadOptions
-) -> tuple[list[File], list[tuple[str, str]]]:
-    """The recordings, and the other files of the folders with the reason why they are none.
+def campaign_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple[list[File], list[File]]:
+    """The recordings and the other files, as ``find_files``, without the tables, reports and JSON of campaigns."""
+    files, others = ([file for file in each if not is_result(file.path)] for each in find_files(source))
+    if not files and not others:
+        raise InputError("source", repr(str(source)), "only results of campaigns", next_step="Give the recordings.")
+    return files, others
 
-    A file with another ending is a recording if it can be read as one. Raises InputError if none is.
-    """
-    files, rest = find_files(source), []
+
+def _labelled(source: Any, files: list[File], others: list[File], work: "_Work") -> tuple[list[Label], Plan]:
+    """The recordings with their labels, and the plan without the keys. Raises InputError if there is no recording."""
+    pattern, mapping = work.options.pattern, work.options.mapping
     table = None if mapping is None else Path(os.path.abspath(mapping))
-    for file in other_files(source):
-        why = "it is the mapping" if file.path == table else "it keeps options" if file.path.name == IN_FOLDER else ""
-        why = why or _unreadable(file, options)
-        if why:
-            rest.append((file.name, why))
-        else:
-            files.append(file)
+    kinds = {file: "it is the mapping" if file.path == table else
+             "it keeps options" if file.path.name == IN_FOLDER else "" for file in others}  # fmt: skip
+    facts = work.read([*files, *(file for file, why in kinds.items() if not why)], used=set(files))
+    rest = [(file.name, why or facts[file.path].problem) for file, why in kinds.items()]
+    rest = [(name, why) for name, why in rest if why]
+    files = sorted(file for file in (*files, *others) if file.path in facts and not facts[file.path].problem)
     if not files:
         reasons = "; ".join(f"{name}: {why}" for name, why in rest[:3])
         raise InputError("source", repr(str(source)), f"a folder without recordings ({reasons})")
-    return sorted(files), rest
+    files = [each for file in files for each in facts[file.path].recordings(file)]
+    labels, notes = label_files(files, pattern, mapping, {path: each.card for path, each in facts.items()})
+    if pattern is None and mapping is None:
+        labels, more = inferred(labels, {path: each.speed for path, each in facts.items()})
+        notes += more
+    reasons = {label.file.name: label.why for label in labels}
+    return labels, Plan(keys=(), reasons=reasons, notes=tuple(notes), not_recordings=tuple(rest))
 
 
-def _unreadable(file: File, options: ReadOptions) -> str:
+class _Work:
+    """The work on files and conditions: what is kept is not done again, the rest goes to the workers."""
+
+    workers: Workers
+    state: StateFolder | None
+
+    def __init__(self, options: CampaignOptions):
+        self.options = options
+        self.needle = None if options.needle is None else needle_of(options.needle)
+        self.reading = ReadOptions(**options.of_every_file(), mapping=options.instrument)
+        self._facts: dict[Path, FileFacts] = {}
+        self._fatal: dict[Path, str] = {}
+
+    def state_folder(self) -> Any:
+        """The folder that keeps the results, opened; None without one."""
+        if self.options.state is None:
+            return nullcontext()
+        return StateFolder(self.options.state, KIND, self._settings)
+
+    @cached_property
+    def _settings(self) -> dict[str, str]:
+        """The options on which results depend, as text."""
+        given = {row.name: repr(getattr(self.reading, row.name)) for row in fields(self.reading)}
+        if self.reading.mapping is not None:
+            given["mapping"] = repr(load_mapping(self.reading.mapping))
+        model = self.options.model
+        content = _digest(Path(model)) if isinstance(model, str | os.PathLike) else ""
+        return given | {"model": f"{model!r} {content}".rstrip(), "needle": repr(self.needle)}
+
+    def read(self, files: list[File], used: set[File]) -> dict[Path, FileFacts]:
+        """What is known of each file by its path; of those that are not ``used`` in any case, also why they are not."""
+        speeds = self.options.pattern is None and self.options.mapping is None
+        kept = self.state is not None
+        tasks = [FileTask(file=file, reading=self.reading, is_used=file in used, speeds=speeds, kept=kept)
+                 for file in files]  # fmt: skip
+        for task in tasks if kept else ():
+            content = self.state.result(self._file_key(task, stamp_of(task.file.path)))
+            if content is not None:
+                self._facts[task.file.path] = decoded(content, FileFacts)
+        tasks = [task for task in tasks if task.file.path not in self._facts]
+        for index, found in self._outcomes(facts_of, tasks, READ_AT_ONCE, "reading"):
+            self._take(tasks[index], found)
+        return self._facts
+
+    def _take(self, task: FileTask, found: FileFacts | Exception) -> None:
+        """Take over what a worker found in a file."""
+        path = task.file.path
+        if isinstance(found, Exception):
+            self._fatal[path] = f"{task.file.name}: {found}"
+            found = FileFacts(parts=((self.reading.part, None),), problem="" if task.is_used else str(found))
+        if not found.is_there and path.exists():
+            step = "Give a folder that all computers have under this name."
+            raise InputError("file", "missing for a worker", "it is on this computer", str(path), step)
+        self._facts[path] = found
+        if self.state is not None and found.stamp:
+            line = {"task": "file", "name": task.file.name, "files": [task.file.name], "seconds": found.seconds}
+            line["status"] = found.problem or "read"
+            self.state.keep(self._file_key(task, found.stamp), encoded(found), **line)
+
+    def task(self, group: Sequence[Label]) -> ConditionTask:
+        """The task to identify a group of repeats."""
+        return ConditionTask(
+            labels=tuple(group),
+            fields=group[0].condition(self.options.repeats),
+            reading=self.reading,
+            model=self.options.model,
+            needle=self.needle,
+            unreadable={each.file.name: self._fatal[each.file.path] for each in group if each.file.path in self._fatal},
+            contents=() if self.state is None else tuple(self._facts[each.file.path].content for each in group),
+        )
+
+    def key(self, task: ConditionTask) -> str:
+        """The digest of all that the condition follows from; empty if nothing is kept."""
+        if self.state is None:
+            return ""
+        labels = [
+            (each.file.name, each.file.part, each.fields, content, *self._companions(each.file.path))
+            for each, content in zip(task.labels, task.contents)
+        ]
+        return key_of("condition", __version__, self._settings, task.fields, labels)
+
+    def conditions(self, tasks: list[ConditionTask], keys: Sequence[str]) -> list[Condition]:
+        """The conditions in the order of the tasks. Raises InputError if it is that of every one."""
+        found = {k: decoded_condition(content) for k, content in enumerate(map(self._kept, keys)) if content}
+        waiting, refused = [k for k in range(len(tasks)) if k not in found], []
+        if self.state is not None:
+            _log.info("%d of %d conditions are kept, %d are identified.", len(found), len(tasks), len(waiting))
+        for index, done in self._outcomes(identified, [tasks[k] for k in waiting], 1, "identifying"):
+            k = waiting[index]
+            if isinstance(done, Exception):
+                refused += [done] if isinstance(done, InputError) else []
+                found[k] = failed(tasks[k], f"Not identified: {done}.")
+                continue
+            found[k] = decoded_condition(done.content)
+            if self.state is not None and done.follows:
+                line = {"task": "condition", "name": found[k].name, "seconds": done.seconds}
+                line |= {"files": [each.file.name for each in tasks[k].labels], "status": found[k].why or "identified"}
+                self.state.keep(keys[k], done.content, **line)
+        done = [found[k] for k in range(len(tasks))]
+        if refused and all(one.status == Status.unreadable for each in done for one in each.recordings):
+            raise refused[0]
+        return done
+
+    def _outcomes(self, function: Callable, tasks: list, block: int, text: str) -> Iterable[tuple[int, Any]]:
+        return outcomes(self.workers, function, tasks, block=block, progress=self.options.progress, text=text)
+
+    def _kept(self, key: str) -> bytes | None:
+        return None if self.state is None else self.state.result(key)
+
+    def _file_key(self, task: FileTask, stamp: tuple[int, ...]) -> str:
+        reading = {row.name: self._settings[row.name] for row in fields(self.reading)}
+        path = os.fsencode(task.file.path).hex()
+        in_folder = _digest(task.file.path.with_name(IN_FOLDER))
+        return key_of("file", __version__, reading, path, stamp, in_folder, task.is_used, task.speeds)
+
+    def _companions(self, path: Path) -> tuple[str, str]:
+        """The digests of the files from which a recording takes its options and its motion; empty without them."""
+        motion = Path(self._facts[path].motion).name
+        return _digest(path.with_name(IN_FOLDER)), _digest(path.with_name(motion)) if motion else ""
+
+
+def _digest(path: Path) -> str:
+    """The digest of a file; empty if it cannot be read."""
     try:
-        opened = open_file(file.path, options)
-        opened.read(opened.chosen()[0][0])
-    except (InputError, OSError) as error:
-        return str(error).replace(f"{file.path}: ", "").replace(f"{file.path}, ", "")
-    return ""
-
-
-class _Recordings:
-    """The recordings of files; a file with several is open until a recording of another one is read."""
-
-    def __init__(self, options: ReadOptions):
-        self._options = options
-        self._opened: RecordingFile | None = None
-
-    def read(self, file: File) -> Recording:
-        """The recording of a file. Raises InputError as ``nf.read``."""
-        opened, self._opened = self._opened, None
-        if opened is None or opened.path != file.path:
-            opened = open_file(file.path, self._options)
-        recording = opened.read(file.part)[0]
-        self._opened = opened if len(opened.parts) > 1 else None
-        return recording
-
-
-def _speed(file: File, recordings: _Recordings) -> float:
-    """The median speed [m/s] of the first insertion; NaN without one."""
-    try:
-        recording = recordings.read(file)
+        return digest(path) if path.is_file() else ""
     except (InputError, OSError):
-        return float("nan")
-    strokes = cycles(recording.time, recording.depth)
-    return float(np.median(recording.velocity[strokes[0].start : strokes[0].stop])) if strokes else float("nan")
+        return ""
 
 
-def _conditions(groups: list[list[Label]], options: CampaignOptions, recordings: _Recordings) -> Iterator[Condition]:
-    """One condition after the other; the recordings of each are released before the next is read."""
-    files = [(label, label is group[-1]) for group in groups for label in group]
-    loaded: list[LoadedFile] = []
-    for label, last in options.progress(files, "identifying") if options.progress else files:
-        loaded.append(_load(label, recordings))
-        if last:
-            yield condition(loaded, label.condition(options.repeats), options.model, options.needle)
-            loaded = []
+def _so_far(folder: str | os.PathLike | None) -> Campaign:
+    """The conditions that a state folder has. Raises InputError without one."""
+    if folder is None:
+        raise InputError("source", "missing", "no file to identify", next_step="Give a folder, a glob or files.")
+    with StateFolder(folder, KIND) as state:
+        plan = decoded(state.read(PLAN), Plan)
+        kept = [content for content in map(state.result, plan.keys) if content is not None]
+    if len(kept) < len(plan.keys):
+        note = f"{len(kept)} of {len(plan.keys)} conditions are identified so far."
+        plan = replace(plan, notes=(*plan.notes, note))
+    return _put_together(list(map(decoded_condition, kept)), plan)
 
 
-def _load(label: Label, recordings: _Recordings) -> LoadedFile:
-    try:
-        return LoadedFile(label, recordings.read(label.file))
-    except (InputError, OSError) as error:
-        return LoadedFile(label, None, str(error))
+def _put_together(found: list[Condition], plan: Plan) -> Campaign:
+    """The conditions with what only shows when all are known, and the recordings without a condition."""
+    conditions = _with_wrong_labels([each for each in found if each.recordings[0].fields])
+    others = [each.recordings[0] for each in found if not each.recordings[0].fields]
+    without = tuple(_without_condition(each, plan.reasons[each.file]) for each in others)
+    return Campaign(tuple(conditions), without, plan.notes, plan.not_recordings)
 
 
 def _with_wrong_labels(conditions: list[Condition]) -> list[Condition]:
@@ -231,102 +334,3 @@ def _without_condition(one: RecordingResult, reason: str) -> RecordingResult:
 
 def _with(one: RecordingResult, anomaly: Anomaly | None) -> RecordingResult:
     return one if anomaly is None else replace(one, anomalies=(*one.anomalies, anomaly))
-
-
-def condition(
-    files: Sequence[LoadedFile], fields: dict[str, str], model: str | None, needle: Needle | None
-) -> Condition:
-    """Identify the condition of these repeats. No content of a recording raises an error; faults are in the result."""
-    readable = [each for each in files if each.recording is not None]
-    duplicates = copy_anomalies([(each.name, each.recording) for each in readable])
-    first = _identified([each.recording for each in readable if each.name not in duplicates], model, needle)
-    fits = iter(first.recordings)
-    fitted = {each.name: next(fits) for each in readable if each.name not in duplicates}
-    moving = moving_repeats(
-        [(each.name, each.recording, fitted[each.name].events) for each in readable if each.name in fitted]
-    )
-    summaries, anomalies = {each.name: each.summary for each in moving}, {each.name: [] for each in readable}
-    anomalies |= check_repeats(moving, {each.name: each.label.fields for each in readable})
-    anomalies |= {name: [anomaly] for name, anomaly in duplicates.items()}
-    kept = [each for each in readable if not any(one.left_out for one in anomalies[each.name])]
-    pooled = first if len(kept) == len(fitted) else _identified([each.recording for each in kept], model, needle)
-    for file, anomaly in outliers({each.name: fitted[each.name].parameters for each in kept}):
-        anomalies[file].append(anomaly)
-    names = {each.name for each in kept if fitted[each.name].parameters}
-    results = tuple(
-        _result(each, fitted.get(each.name), summaries.get(each.name), anomalies.get(each.name, []), names)
-        for each in files
-    )
-    return Condition(
-        fields=fields,
-        recordings=results,
-        parameters={name: _checked(each) for name, each in pooled.parameters.items()},
-        model=pooled.model,
-        quality=pooled.quality,
-        why="" if pooled.model is not None else _why(results, pooled),
-        warnings=pooled.warnings,
-        shown=None if pooled.model is None else _model_trace(pooled),
-    )
-
-
-def _checked(estimate: Estimate) -> Estimate:
-    """The estimate, not identifiable if the ± of its interval exceeds the value: not even the sign is known then.
-
-    The zero of a contact or puncture depth is arbitrary, so that its size means nothing.
-    """
-    half = 0.5 * (estimate.high - estimate.low)
-    if estimate.name in _ARBITRARY_ZERO or half <= abs(estimate.value):
-        return estimate
-    source = f"{estimate.source}; {TOO_WIDE}" if estimate.source else TOO_WIDE
-    return replace(estimate, identifiable=False, source=source)
-
-
-def _identified(recordings: list[Recording], model: str | None, needle: Needle | None) -> Fit:
-    return identify(recordings, model=model, needle=needle) if recordings else Fit()
-
-
-def _result(
-    file: LoadedFile,
-    fit: RecordingFit | None,
-    summary: RecordingSummary | None,
-    anomalies: list[Anomaly],
-    pooled: set[str],
-) -> RecordingResult:
-    known = {"file": file.name, "fields": file.label.fields, "anomalies": tuple(anomalies)}
-    if fit is None:
-        status = Status.unreadable if file.recording is None else Status.ok
-        notes = (file.without_folder(file.problem),) if file.problem else ()
-        return RecordingResult(**known, status=status, notes=notes)
-    quantities = event_quantities(file.recording, fit.events) | ({} if summary is None else summary.quantities())
-    reading = [note.message for note in file.recording.notes]
-    notes = dict.fromkeys(note for note in fit.notes if note not in reading)
-    result = RecordingResult(
-        **known,
-        status=fit.status,
-        notes=tuple(map(file.without_folder, notes)),
-        reading=tuple(map(file.without_folder, reading)),
-        pooled=file.name in pooled,
-        events=fit.events,
-        measured=quantities,
-        parameters=fit.parameters,
-        quality=fit.quality,
-    )
-    return result if summary is None else replace(result, shown=summary.shown, curve=summary.curve)
-
-
-def _why(results: tuple[RecordingResult, ...], pooled: Fit) -> str:
-    """Why a condition has no model."""
-    if pooled.parameters:
-        return " ".join(pooled.warnings)
-    reasons = dict.fromkeys(each.anomalies[0].sentence if each.left_out else each.why for each in results)
-    first, more = list(reasons)[:3], len(reasons) - 3
-    text = ALL_LEFT_OUT if any(each.left_out for each in results) else NO_PARAMETERS
-    return text.format(" ".join(first) + (f" And {more} more reasons." if more > 0 else ""))
-
-
-def _model_trace(fit: Fit) -> Trace:
-    """The pooled model along the motion of the repeat with the median residual."""
-    ranked = sorted((each for each in fit.recordings if each.quality), key=lambda each: each.quality.rmse_N)
-    chosen = (ranked or [each for each in fit.recordings if each.parameters])[(len(ranked) - 1) // 2 if ranked else 0]
-    surface = fit.parameters["contact_depth"].value
-    return trace(chosen.recording.depth, np.asarray(fit.predict(chosen.recording)), surface)

@@ -11,8 +11,7 @@ from typing import NoReturn
 from ..errors import InputError
 from ..files import file_name
 from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
-from ..recording.options import ReadOptions
-from ..recording.reader import chosen_parts
+from ..state_folder import STATE, is_state_folder
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 
@@ -32,32 +31,16 @@ class File:
         """The name of the file alone."""
         return self.name.removesuffix(f": {self.part_name}") if self.part_name else self.name
 
-    def parts(self, options: ReadOptions) -> "list[File]":
-        """Every recording of the file, or those that ``options.part`` stands for; the file itself if it has one, or
-        cannot be read with these options, which is reported when it is read."""
-        try:
-            found = chosen_parts(self.path, options)
-        except (InputError, OSError):
-            return [File(self.name, self.path, options.part)]
-        return [File(f"{self.name}: {name}", self.path, part, name) if part else self for part, name in found]
 
+def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple[list[File], list[File]]:
+    """The recordings of a folder (with its subfolders), of a glob, or of a list of files, folders and globs, and the
+    other visible files of the folders, both by name.
 
-def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[File]:
-    """The recordings of a folder (with its subfolders), of a glob, or of a list of files, folders and globs, by name.
-
-    From a folder these are the files with one of ``EXTENSIONS`` and those in a format that holds recordings; a file
-    that is given by its name is always used, so that a missing one is part of the result. Raises InputError if a folder
+    Recordings of a folder are the files with one of ``EXTENSIONS`` and those in a format that holds recordings; a file
+    that is given by its name is always used, so that a missing one is part of the result. What starts with a dot is not
+    visible, and a folder that keeps the results of tasks has no files. Raises InputError if a folder
     or glob contains no file.
     """
-    return _split(source)[0]
-
-
-def other_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> list[File]:
-    """The other visible files of the folders, by name; those that start with a dot are not visible."""
-    return _split(source)[1]
-
-
-def _split(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple[list[File], list[File]]:
     given = [source] if isinstance(source, str | os.PathLike) else list(source)
     found: dict[Path, bool] = {}
     for each in given:
@@ -69,14 +52,17 @@ def _split(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple[lis
     common = Path(os.path.commonpath([path.parent for path in found]))
     used = {path: known or format_of(path) not in (TEXT, JSON, ARCHIVE) for path, known in found.items()}
     named = {path: File(file_name(path.relative_to(common).as_posix()), path) for path in found}
-    return tuple(sorted(named[path] for path in found if used[path] is wanted) for wanted in (True, False))
+    recordings, others = (sorted(named[path] for path in found if used[path] is wanted) for wanted in (True, False))
+    return recordings, others
 
 
 def _expanded(given: str | os.PathLike) -> list[tuple[Path, bool]]:
     """The files, each with whether it was named by the caller: by its name or by a glob."""
     path, text = Path(given), os.fspath(given)
     if path.is_dir():
-        found = [(each, False) for each in path.rglob("*") if _visible(each, path)]
+        states = [each.parent for each in path.rglob(STATE) if is_state_folder(each.parent)]
+        visible = (each for each in path.rglob("*") if _visible(each, path))
+        found = [(each, False) for each in visible if not any(state in each.parents for state in states)]
         return found or _refuse(text, f"a folder without recordings ({', '.join(EXTENSIONS)})")
     if path.exists() or not glob.has_magic(text):
         return [(path, True)]

@@ -6,7 +6,7 @@ import csv
 import io
 import os
 import re
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
@@ -203,18 +203,24 @@ class Label:
 
 
 def label_files(
-    files: list[File], pattern: str | None, mapping: str | os.PathLike | None
+    files: list[File],
+    pattern: str | None,
+    mapping: str | os.PathLike | None,
+    cards: Mapping[Path, dict[str, str]],
 ) -> tuple[list[Label], list[str]]:
     """A label for each file, and sentences on rows of the mapping without a file.
 
-    The fields come from the name by the pattern, otherwise from the mapping (a CSV file), otherwise from the card in
-    the file. Raises InputError for a pattern that matches no file, with an example and the reason, and for a mapping
-    that cannot be read.
+    The fields come from the name by the pattern, otherwise from the mapping (a CSV file), otherwise from the ``cards``:
+    path -> fields in the card of the file. Raises InputError for a pattern that matches no file, with an example and
+    the reason, and for a mapping that cannot be read.
     """
     form = None if pattern is None else name_pattern(pattern)
     known = {} if mapping is None else read_mapping(mapping)
     rows = {file: row_of(known, file) for file in files}
-    labels = [_label(file, form, known.get(rows[file] or ""), mapping is not None) for file in files]
+    labels = [
+        _label(file, form, known.get(rows[file] or "") or cards.get(file.path, {}), mapping is not None)
+        for file in files
+    ]
     if form is not None and not any(form.read(file.file_name)[0] for file in files):
         reason = f"it matches none of {len(files)} files; {files[0].name}: {form.read(files[0].name)[1]}"
         raise InputError("name pattern", repr(pattern), reason, next_step="Correct the pattern, or give a mapping.")
@@ -222,15 +228,15 @@ def label_files(
     return labels, [f"The mapping contains {name}, which is not among the files." for name in unused]
 
 
-def inferred(labels: list[Label], speed: Callable[[File], float]) -> tuple[list[Label], list[str]]:
+def inferred(labels: list[Label], speeds: Mapping[Path, float]) -> tuple[list[Label], list[str]]:
     """The labels with fields by evidence from the names for files without fields, and a note on what was decided.
 
-    ``speed`` measures the insertion speed [m/s] of a file, NaN if it cannot be read.
+    ``speeds`` are the insertion speeds [m/s] of the files, NaN for one that cannot be read.
     """
     bare = {label.file.name: label.file for label in labels if not label.fields}
     if len(bare) < 2:
         return labels, []
-    found, note = infer_fields(list(bare), {name: speed(file) for name, file in bare.items()})
+    found, note = infer_fields(list(bare), {name: speeds[file.path] for name, file in bare.items()})
     other = NO_CONDITION.format(
         "its name has another form than most, and it has no card; give a name pattern or a mapping"
     )
@@ -248,12 +254,10 @@ def grouped(labels: list[Label], repeats: Collection[str]) -> list[list[Label]]:
     return sorted(groups.values(), key=lambda group: _order(group[0], repeats))
 
 
-def _label(file: File, form: NamePattern | None, row: dict[str, str] | None, mapped: bool) -> Label:
+def _label(file: File, form: NamePattern | None, known: dict[str, str], mapped: bool) -> Label:
+    """The label by the name, otherwise with the fields that are ``known`` from the mapping or the card."""
     fields, mismatch = ({}, "") if form is None else form.read(file.file_name)
-    if not fields and row:
-        fields = row
-    if not fields:
-        fields = _of_card(file)
+    fields = fields or known
     if fields or file.part_name:  # the recordings of one file are repeats
         return Label(
             file, (fields or {"source": file.file_name}) | ({"part": file.part_name} if file.part_name else {})
@@ -264,24 +268,17 @@ def _label(file: File, form: NamePattern | None, row: dict[str, str] | None, map
     return Label(file, {}, NO_CONDITION.format(", ".join(reasons)))
 
 
-def _of_card(file: File) -> dict[str, str]:
-    """The fields of the card in the file; empty if it cannot be read, which is reported when the file is read."""
-    try:
-        return _card_entries(file.path)
-    except (InputError, OSError):
-        return {}
-
-
-def _card_entries(path: Path) -> dict[str, str]:
-    """Those of the entries in the card of a file of any format that are fields."""
+def card_entries(path: Path) -> tuple[dict[str, str], str]:
+    """Those of the entries in the card of a file of any format that are fields, and the file with its motion, empty
+    without one. Raises InputError for a file that cannot be read."""
     if format_of(path).log:
         from ..recording.log.reader import card_and_end
 
         card = card_and_end(path)[0] if path.is_file() else {}  # the folder of a bag has no card
-        return {key: card[key] for key in _CARD if card.get(key)}
+        return {key: card[key] for key in _CARD if card.get(key)}, ""
     with enough_memory(path):
         preamble = Preamble(tables_of(path)[0].comments, str(path))
-    return {key: preamble.text(key) for key in _CARD if preamble.text(key)}
+    return {key: preamble.text(key) for key in _CARD if preamble.text(key)}, preamble.text("motion")
 
 
 def _order(label: Label, repeats: Collection[str]) -> tuple:

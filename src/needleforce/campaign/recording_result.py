@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..identification.estimates import Estimate, Quality
+from ..identification.estimates import Estimate, Parameters, Quality
 from ..recording import Recording
 from ..segmentation import Events
 from ..segmentation.strokes import Cycle, cycles
@@ -119,6 +119,9 @@ class RecordingResult:
     quality: Quality | None = None
     shown: Trace | None = None
     curve: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+    def __post_init__(self):
+        object.__setattr__(self, "parameters", Parameters(self.parameters))
 
     @property
     def has_parameters(self) -> bool:

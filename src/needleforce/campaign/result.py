@@ -3,6 +3,7 @@
 
 import dataclasses
 import os
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 from ..display.axes import FORCE, INDENTATION
 from ..display.quantities import counted, percent
 from ..display.result import Result
-from ..files import atomic_write, csv_text
+from ..errors import InputError
+from ..files import atomic_write, csv_text, open_regular
 from ..identification.estimates import Estimate, Quality
 from ..models.model import Model
 from ..recording.formats.parquet import pyarrow_for
@@ -20,6 +22,9 @@ from .recording_result import RecordingResult, Trace
 
 CONDITIONS_HEAD = ("condition", "recordings used", "model", "residual / peak", "R²", "why there is no model")
 MAX_NAMED = 4  # conditions in one note
+_SEARCHED_BYTES = 1 << 16  # at either end of a file
+_JSON = b'{\n  "conditions": ['
+_PAGE = re.compile(rb'<p class="kicker">needleforce \S+ \xc2\xb7 campaign</p>')
 
 if TYPE_CHECKING:
     import pandas
@@ -201,6 +206,21 @@ def _named(names: list[str]) -> str:
 def quality_cells(quality: Quality | None) -> tuple[str, str]:
     """Residual over peak and R² as text; empty without a model."""
     return ("", "") if quality is None else (percent(quality.nrmse), f"{quality.r2:.3f}")
+
+
+def is_result(path: Path) -> bool:
+    """Whether a file is a table, a report or the JSON of a campaign."""
+    try:
+        with open_regular(path) as file:
+            start = file.read(_SEARCHED_BYTES)
+            file.seek(max(os.fstat(file.fileno()).st_size - _SEARCHED_BYTES, 0))
+            end = file.read(_SEARCHED_BYTES)
+    except (InputError, OSError):
+        return False
+    if start.startswith(b"PAR1"):  # the names of the columns are at the end
+        return all(name.encode() in end for name in COLUMNS)
+    head = start.partition(b"\n")[0].rstrip(b"\r")
+    return head.endswith(",".join(COLUMNS).encode()) or start.startswith(_JSON) or _PAGE.search(start) is not None
 
 
 def check_table(path: str | os.PathLike) -> None:

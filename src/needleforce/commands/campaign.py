@@ -1,16 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce campaign``: identify a model for each condition in a folder of recordings."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
 
+from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_file, write_json
+from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, show_log, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, Condition
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
 NAME = "campaign"
 PATTERN_HELP = "Fields in the file names, such as {specimen}_{speed_mm_s}_{repeat}."
 MAPPING_HELP = "CSV table with a column named file and one column for each field."
+JOBS_HELP = "Number of processes; default: one for each processor."
+SCHEDULER_HELP = "Address of a Dask scheduler that has the work done, or local."
+STATE_HELP = "Folder that keeps what is done, so that the same command continues, or adds new files."
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
@@ -29,6 +34,9 @@ class CampaignFlags(msgspec.Struct, frozen=True, kw_only=True):
     model: Annotated[str | None, typer.Option(help="Model for all conditions, as for identify.")] = None
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
     reading: ReadOptions
+    jobs: Annotated[int | None, typer.Option(help=JOBS_HELP)] = None
+    scheduler: Annotated[str | None, typer.Option(help=SCHEDULER_HELP)] = None
+    state: Annotated[Path | None, typer.Option(help=STATE_HELP)] = None
     table: Annotated[Path | None, typer.Option(help="Write all results as one table, .csv or .parquet.")] = None
     report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
@@ -36,30 +44,54 @@ class CampaignFlags(msgspec.Struct, frozen=True, kw_only=True):
 
 @takes_flags("filter_length")
 def run(
-    source: Annotated[list[str], typer.Argument(help="Folders, globs or files.", show_default=False)],
     given: CampaignFlags,
+    source: Annotated[
+        list[str] | None,
+        typer.Argument(help="Folders, globs or files; none to show what --state has so far.", show_default=False),
+    ] = None,
 ) -> None:
     """Identify every condition of a campaign of recordings, with a result for every recording."""
     from ..campaign import campaign
-    from ..campaign.folder_files import find_files
+    from ..campaign.campaign import campaign_files
     from ..campaign.result import check_table
     from ..preset_files import needle_of
 
-    files = [file.path for file in find_files(source)]
+    files = [file.path for file in campaign_files(source)[0]] if source else []
     check_outputs([given.table, given.report, given.json], [*files, given.labels, given.needle])
     if given.table is not None:
         check_table(given.table)
     body = needle_of(given.needle) if given.needle else None
     options = {"pattern": given.pattern, "mapping": given.labels, "model": given.model, "needle": body}
+    options |= {"jobs": given.jobs, "scheduler": given.scheduler, "state": given.state}
     reading = given.reading.of_every_file() | {"instrument": given.reading.mapping}
-    done = campaign(source, **options, **reading, progress=progress)
-    if given.json is not None:
-        write_json(done.to_json(), given.json)
-    write_file("written", given.table, done.save_table)
-    write_file("written", given.report, done.report)
+    show_log()
+    try:
+        done = campaign(source or None, **options, **reading, progress=progress)
+    except KeyboardInterrupt:
+        say(
+            "stopped" if given.state is None else f"stopped; {given.state} has what is done, the same command continues"
+        )
+        raise typer.Exit(130) from None
+    written = [
+        _is_written(lambda: write_json(done.to_json(), given.json) if given.json is not None else None),
+        _is_written(lambda: write_file("written", given.table, done.save_table)),
+        _is_written(lambda: write_file("written", given.report, done.report)),
+    ]
     _show(done, quiet=given.json == "-")
+    if not all(written):
+        raise typer.Exit(InputError.exit_code)
     if not any(one.has_parameters for one in done.recordings):
         raise typer.Exit(1)
+
+
+def _is_written(write: Callable[[], None]) -> bool:
+    """Write an output; one that cannot be written is reported, and does not keep the others from being written."""
+    try:
+        write()
+    except InputError as error:
+        say(f"needleforce: {error}")
+        return False
+    return True
 
 
 def _show(done: "Campaign", quiet: bool) -> None:

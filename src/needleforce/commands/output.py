@@ -55,13 +55,36 @@ def prepare_streams() -> None:
 
 
 def progress(work: Iterable[Any], text: str) -> Iterable[Any]:
-    """Wrap ``work`` with a progress bar on standard error, removed at the end; no bar if it is not a terminal."""
+    """Wrap ``work`` with a progress bar on standard error: how much is done, the rate, and the time left. It is removed
+    at the end; there is none if standard error is not a terminal."""
     if not sys.stderr.isatty():
         return work
     from rich.console import Console
-    from rich.progress import track
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskProgressColumn, TimeRemainingColumn
 
-    return track(list(work), description=text, console=Console(stderr=True), transient=True)
+    rate = TaskProgressColumn(show_speed=True)
+    columns = ("{task.description}", BarColumn(), MofNCompleteColumn(), rate, TimeRemainingColumn())
+    shown = Progress(*columns, console=Console(stderr=True), transient=True)
+
+    def watched() -> Iterator[Any]:
+        with shown:
+            yield from shown.track(work, description=text)
+
+    return watched()
+
+
+def show_log() -> None:
+    """Print on standard error what the package reports while it works."""
+    import logging
+
+    class Printed(logging.Handler):
+        def emit(self, record: logging.LogRecord) -> None:
+            say(record.getMessage())
+
+    log = logging.getLogger("needleforce")
+    log.setLevel(logging.INFO)
+    if not log.handlers:
+        log.addHandler(Printed())
 
 
 def write_json(document: Any, path: str | None) -> None:

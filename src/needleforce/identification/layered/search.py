@@ -18,6 +18,7 @@ from .parameters import (
     NO_SATURATION,
     PER_LAYER,
     RESTING_SURFACE,
+    RUPTURE_LENGTH,
     SATURATION,
     TISSUE_STIFFNESS,
     TOP,
@@ -29,7 +30,9 @@ from .starts import first_starts, grown_starts, typical_starts
 
 SCREENING_STEPS, FINAL_STEPS = 15, 100  # of the descent from every start, and from the finalists
 N_FINALISTS = 3  # best starts after the screening
-N_REPLACED, MIN_GAIN = 3, 1e-3  # how often other mechanisms are tried, and the gain of cost that one of them needs
+N_REPLACED, MIN_GAIN = 5, 1e-3  # how often other mechanisms are tried, and the gain of cost that one of them needs
+ASIDE = {TOP: 2.0, FRICTION_RATIO: 1.5, TISSUE_STIFFNESS: 0.6, RUPTURE_LENGTH: 2.0, RESTING_SURFACE: 3.0}
+"""How far each value of a layer is moved to leave a shallow minimum, in the unit of x."""
 MAX_OVER_NOISE = 1.1
 """Residual over a well-known noise, beyond which it is more than noise: right fits of three layers stay below 1.03."""
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
@@ -137,7 +140,8 @@ def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
 def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np.ndarray]:
     """Vectors that a descent does not reach: with the springs of two layers exchanged or equal, whose forces add up
     below both ruptures, so that only the strokes above the deeper one distinguish them; and with a contact that
-    saturates elsewhere on the way to the rupture of one of the layers, or not at all."""
+    saturates elsewhere on the way to the rupture of one of the layers, or not at all; and with one value of a layer
+    moved, as the rupture of a gradual layer changes all of its values together."""
     for upper, lower in itertools.combinations(range(unknowns.layers), 2):
         yield with_exchanged_springs(unknowns, x, upper, lower)
         yield _with_equal_springs(unknowns, x, upper, lower)
@@ -145,6 +149,17 @@ def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np
         reached = indentations(unknowns, x)[layer]
         for depth in (NO_SATURATION, *np.log(reached * np.array(SATURATION_SHARES))):
             yield with_saturation(unknowns, x, layer, depth)
+        for place, size in ASIDE.items():
+            yield from (_moved_aside(x, PER_LAYER * layer, place, move) for move in (size, -size))
+
+
+def _moved_aside(x: np.ndarray, first: int, place: int, move: float) -> np.ndarray:
+    """The vector with one value of a layer moved; the friction stays where its spring moves."""
+    x = x.copy()
+    x[first + place] += move
+    if place == TISSUE_STIFFNESS:
+        x[first + FRICTION_RATIO] -= move
+    return x
 
 
 def with_exchanged_springs(unknowns: LayeredParameters, x: np.ndarray, one: int, other: int) -> np.ndarray:
@@ -195,12 +210,6 @@ def again(solved: Solved, x: np.ndarray, **changes: Any) -> Solved:
 def refined(solved: Solved, cycles: tuple[BinnedCycle, ...]) -> Solved:
     """The same fit to the same runs in shorter bins."""
     return again(solved, solved.x, cycles=cycles)
-
-
-def to_runs(solved: Solved, runs: list[int], cycles: tuple[BinnedCycle, ...]) -> Solved:
-    """The fit to some of the ``runs`` alone, whose ``cycles`` are given, started at the fit to all of them."""
-    unknowns = replace(solved.problem.unknowns, runs=len(runs), times=relaxation_times(cycles))
-    return again(solved, at_runs(solved, runs), unknowns=unknowns, cycles=cycles)
 
 
 def at_runs(solved: Solved, runs: list[int]) -> np.ndarray:
