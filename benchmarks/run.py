@@ -50,6 +50,13 @@ def compiled(source: str, folder: str, *libraries: str) -> Path:
     return binary
 
 
+def printed(source: str, *arguments: int, libraries: tuple[str, ...] = ()) -> list | dict:
+    """What a benchmark in C++ prints as JSON."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [compiled(source, folder, *libraries), *map(str, arguments)]
+        return json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+
+
 LABELS = {
     "step": "step, one layer",
     "bare": "bare closed form",
@@ -69,9 +76,7 @@ def step():
     to it are the times of all passes as measured by the clock, also for a chain of additions as long as a step: the
     tail that both have comes from the machine.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        binary = compiled("step", folder)
-        runs = [json.loads(subprocess.run([binary], capture_output=True, check=True).stdout) for _ in range(2)]
+    runs = [printed("step") for _ in range(2)]
     sizes = {name: runs[0].pop(name) for name in ("object_bytes", "memory_bytes")}
     rows = {name: min((run[name] for run in runs), key=lambda row: row["alone"]["p999"]) for name in runs[0]}
     alone = {name: row["alone"] for name, row in rows.items()}
@@ -99,8 +104,7 @@ def step():
 
 def bending():
     """A step of a needle that bends, 40 elements, under the paper's axial force."""
-    with tempfile.TemporaryDirectory() as folder:
-        rows = json.loads(subprocess.run([compiled("bending", folder)], check=True, capture_output=True).stdout)
+    rows = printed("bending")
     for name, times in rows.items():
         linear = name in ("planar 80 mm", "space 80 mm")
         bar = (2.0 if name.startswith("planar") else 4.0) if linear else None
@@ -128,9 +132,7 @@ def mujoco():
 
 def energy(steps: int = 100_000):
     """Energy that a random user gets out of tissues at 1 kHz with delay: bare, with the classic controller, guarded."""
-    with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run([compiled("energy", folder), str(steps)], capture_output=True, text=True, check=True)
-    trials = json.loads(done.stdout)
+    trials = printed("energy", steps)
     reserve = 1e3 * core.GuardSettings().initial_reserve
     for tissue in dict.fromkeys(trial["tissue"] for trial in trials):
         least = {who: min(t[who]["least_mJ"] for t in trials if t["tissue"] == tissue) for who in GUARDED}
@@ -141,20 +143,14 @@ def energy(steps: int = 100_000):
 
 def closed_paths(paths: int = 1_000_000):
     """Random models over the whole ranges of the tables on random closed paths: none returns energy."""
-    with tempfile.TemporaryDirectory() as folder:
-        binary = compiled("closed_paths", folder, "-lgtest")
-        done = subprocess.run([binary, str(paths)], capture_output=True, text=True, check=True)
-    for row in json.loads(done.stdout):
+    for row in printed("closed_paths", paths, libraries=("-lgtest",)):
         text = f"{row['returned']} of {row['paths']}, least work / work turned over {row['least']:.2g}"
         yield f"closed paths that return energy, {row['law']}", text, "0", row["returned"] == 0
 
 
 def guard_search(cycles: int = 300_000_000):
     """Search for clocks, measurements and motions that get more out of a guard than it promises."""
-    with tempfile.TemporaryDirectory() as folder:
-        binary = compiled("guard_search", folder)
-        done = subprocess.run([binary, str(cycles)], capture_output=True, text=True, check=True)
-    for row in json.loads(done.stdout):
+    for row in printed("guard_search", cycles):
         text = f"{row['broken']} sequences in {row['cycles']:.1e} cycles, worst {row['worst_mJ']:.2g} mJ"
         yield f"guard's promise broken, {row['kind']}", text, "0", row["broken"] == 0
 
@@ -262,27 +258,45 @@ def processor_time(work) -> float:
 
 
 def identifying():
-    """The complete public call of arrays, the least of 30 runs, and of four repeats with layers and with every model.
-    Absolute limits."""
-    for samples, bar in ((30_000, 5.0), (2_000, None)):
-        arrays = noisy_arrays("paper", samples / 30.0, 0, speed=1e-3, depth=9.5e-3)
-        for what, model in (("default model", None), ("model paper", "paper")):
-            work = lambda arrays=arrays, model=model: nf.identify(arrays, model=model)  # noqa: E731
-            took = 1e3 * min(processor_time(work) for _ in range(30))
-            limit, met = ("", True) if bar is None else (f"<= {bar:g}", took <= bar)
-            yield (
-                f"identify, {len(arrays[0])} samples as arrays, {what} (ms of processor time)",
-                f"{took:.1f}",
-                limit,
-                met,
-            )
-    repeats = [noisy_arrays("layered", 200.0, seed, speed=2e-3, depth=15e-3) for seed in range(4)]
-    for what, bar, work in (
-        ("identify, four layered repeats", 1.5, lambda: nf.identify(repeats, model="layered")),
-        ("compare all models on four repeats", 15.0, lambda: nf.compare(repeats, models=(*COMPARED, *LAYERED))),
+    """The complete public call, of arrays the least of 30 runs, and of four repeats with layers, with every model and
+    by default. Absolute limits, and the ratio to segmenting the 30 000 samples in the same run."""
+    clean, coarse = (noisy_arrays("paper", rate, 0, speed=1e-3, depth=9.5e-3) for rate in (1000.0, 2_000 / 30.0))
+    time_s, depth, force = noisy_arrays("paper", 2000.0, 0, speed=1e-3, depth=9.5e-3)
+    filtered = time_s, depth, np.convolve(force, np.full(40, 1.0 / 40.0), "same")
+    least = lambda work, count: min(processor_time(work) for _ in range(count))  # noqa: E731
+    unit = least(lambda: nf.segment(clean), 30)
+    for arrays, what, model, bar in (
+        (clean, "default model", None, 5.0),
+        (clean, "model paper", "paper", 5.0),
+        (coarse, "default model", None, None),
+        (filtered, "filtered, default model", None, 20.0),
     ):
+        took = least(lambda arrays=arrays, model=model: nf.identify(arrays, model=model), 30)
+        limit, met = ("", True) if bar is None else (f"<= {bar:g}", 1e3 * took <= bar)
+        name = f"identify, {len(arrays[0])} samples as arrays, {what} (ms of processor time)"
+        yield name, f"{1e3 * took:.1f}, {took / unit:.1f} x segmenting", limit, met
+    repeats = [noisy_arrays("layered", 200.0, seed, speed=2e-3, depth=15e-3) for seed in range(4)]
+    every = (*COMPARED, *LAYERED)
+    works = [
+        ("identify, four layered repeats", 1.0, lambda: nf.identify(repeats, model="layered")),
+        ("compare all models on four repeats", 10.0, lambda: nf.compare(repeats, models=every)),
+    ]
+    files = sorted((recordings_folder() / "needle-insertion-rig").glob("dev__control-needle__3mm-artery_2_0_2_*.csv"))
+    if files:
+        read = [nf.read(path) for path in files[:4]]
+        works.append(("identify by default, four real repeats", 2.0, lambda: nf.identify(read)))
+    for what, bar, work in works:
         took = processor_time(work)
-        yield f"{what} (s of processor time)", f"{took:.2f}", f"<= {bar:g}", took <= bar
+        shown = f"{took:.2f}, {took / unit:.0f} x segmenting"
+        yield f"{what} (s of processor time)", shown, f"<= {bar:g}", took <= bar
+
+
+def recordings_folder() -> Path:
+    """The recordings made by others."""
+    sys.path.insert(0, str(ROOT / "tests"))
+    from recorded_data import RECORDINGS
+
+    return RECORDINGS
 
 
 def starting():
@@ -298,10 +312,7 @@ def starting():
 
 def real():
     """The one-layer model on real recordings made by others, each fitted by itself."""
-    sys.path.insert(0, str(ROOT / "tests"))
-    from recorded_data import RECORDINGS
-
-    folder = RECORDINGS / "needle-insertion-rig"
+    folder = recordings_folder() / "needle-insertion-rig"
     errors, times, outcomes = [], [], {}
     for path in sorted(folder.glob("*.csv")):
         try:
@@ -331,16 +342,7 @@ def many_samples(n: int = 10_000_000):
         motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=15e-3, hold=n / 1e5 - 13.9)
         nf.write(nf.simulate(PAPER, motion, rate=1e5), path)
         code = "import sys; from needleforce.cli import main; main()"
-        command = [
-            "/usr/bin/env",
-            sys.executable,
-            "-c",
-            code,
-            "identify",
-            str(path),
-            "--json",
-            str(Path(folder) / "o.json"),
-        ]
+        command = ["/usr/bin/env", sys.executable, "-c", code, "identify", path, "--json", Path(folder) / "o.json"]
         took = best(lambda: subprocess.run(command, check=True, capture_output=True), 1)
         peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     yield "10^7 samples, identify (s)", f"{took:.0f}", "", True

@@ -22,6 +22,8 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 SHARES = 7
+# each has a fixture that takes long to make: a campaign, an installed package, a plugin
+ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators"))
 
 
 def pytest_addoption(parser):
@@ -47,7 +49,23 @@ def pytest_collection_modifyitems(config, items):
         return repeats and share in (0, 1 + zlib.crc32(item.nodeid.split("::")[0].encode()) % SHARES)
 
     config.hook.pytest_deselected(items=[item for item in items if not is_chosen(item)])
-    items[:] = [item for item in items if is_chosen(item)]
+    chosen = [item for item in items if is_chosen(item)]
+    items[:] = sorted(chosen, key=lambda item: not item.nodeid.startswith(ONE_PROCESS))  # the longest first
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """A process has all tests of a file, or of a folder in ``ONE_PROCESS``. In the order of the folders: with the files
+    of few tests at the end, as pytest-xdist would have them, one process waits for the last and slowest."""
+    from xdist.scheduler import LoadFileScheduling
+
+    class ByFile(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            file = super()._split_scope(nodeid)
+            return next((folder for folder in ONE_PROCESS if file.startswith(folder)), file)
+
+    config.option.loadscopereorder = False
+    return ByFile(config, log)
 
 
 @pytest.fixture(scope="session")

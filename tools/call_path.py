@@ -9,6 +9,7 @@ inside a function; a method where the class of its value is annotated: of a para
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -24,11 +25,17 @@ class CallPath(NamedTuple):
     returns: int
 
 
+@cache
+def syntax_tree(path: Path) -> ast.Module:
+    """A module, parsed once."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 class _Package:
     """The functions of a package, and the module and name that each name of a module stands for."""
 
     def __init__(self, known: dict[str, Path]) -> None:
-        trees = {module: ast.parse(path.read_text(encoding="utf-8")) for module, path in known.items()}
+        trees = {module: syntax_tree(path) for module, path in known.items()}
         self.functions: dict[FunctionKey, ast.FunctionDef] = {}
         self.names = {module: dict(_imported(module, path, trees[module], known)) for module, path in known.items()}
         for module, tree in trees.items():

@@ -16,7 +16,7 @@ import tempfile
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from call_path import call_path
+from call_path import call_path, syntax_tree
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = re.compile(r"(<!-- figures: .*? -->\n).*?(<!-- end of figures -->)", re.S)
@@ -55,7 +55,7 @@ def imports_of(name: str, path: Path, known: dict[str, Path]) -> dict[str, set[s
     """Modules of the package that one imports, with the names taken, "*" for the module itself."""
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found: dict[str, set[str]] = defaultdict(set)
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(syntax_tree(path)):
         if not isinstance(node, ast.ImportFrom):
             continue
         parents = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
@@ -105,11 +105,6 @@ def run_files(call: str, environment: dict[str, str]) -> int:
     return int(done.stdout.split()[0])
 
 
-def functions(trees: list[ast.Module]) -> list[ast.FunctionDef]:
-    """Every function and method."""
-    return [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-
-
 def unannotated(function: ast.FunctionDef) -> int:
     """Parameters without a type, ``self`` and ``cls`` left out."""
     return sum(each.annotation is None for each in named(function))
@@ -120,8 +115,10 @@ def figures(package: Path, environment: dict[str, str]) -> list[tuple[str, str]]
     known = modules(package)
     imports = {name: imports_of(name, path, known) for name, path in known.items()}
     lines = [len(path.read_text(encoding="utf-8").splitlines()) for path in known.values()]
-    trees = [ast.parse(path.read_text(encoding="utf-8")) for path in known.values()]
-    calls = [node for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Call)]
+    trees = [syntax_tree(path) for path in known.values()]
+    nodes = [node for tree in trees for node in ast.walk(tree)]
+    calls = [node for node in nodes if isinstance(node, ast.Call)]
+    functions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
     classes = Counter(node.name for tree in trees for node in tree.body if isinstance(node, ast.ClassDef))
     loops = circles({name: set(found) for name, found in imports.items()})
     path = call_path(known, "needleforce.recording.reader", "read")
@@ -131,11 +128,11 @@ def figures(package: Path, environment: dict[str, str]) -> list[tuple[str, str]]
         ("lines of a module, median and longest", f"{statistics.median(lines):.0f}, {max(lines)}"),
         ("modules with one importer", f"{len(single_importers(imports, known))}"),
         ("modules in the largest import circle", f"{max(map(len, loops), default=0)}"),
-        ("functions with eight or more parameters", f"{sum(len(named(f)) >= 8 for f in functions(trees))}"),
+        ("functions with eight or more parameters", f"{sum(len(named(each)) >= 8 for each in functions)}"),
         ("calls with six or more positional arguments", f"{sum(len(call.args) >= 6 for call in calls)}"),
         (
             "unannotated parameters",
-            f"{sum(map(unannotated, functions(trees)))} of {sum(len(named(f)) for f in functions(trees))}",
+            f"{sum(map(unannotated, functions))} of {sum(len(named(each)) for each in functions)}",
         ),
         ("class names that occur more than once", f"{sum(count > 1 for count in classes.values())}"),
         *((f"files that run in `{shown}`", f"{run_files(call, environment)}") for call, shown in SHOWN.items()),

@@ -92,8 +92,8 @@ def test_what_could_not_be_read_is_in_the_table(real):
     "kind, spoil",
     [
         ("sign", lambda force: -force),
-        ("force_unit", lambda force: force / 4.4482216152605),
-        ("saturated", lambda force: np.minimum(force, 0.75 * force.max())),
+        pytest.param("force_unit", lambda force: force / 4.4482216152605, marks=pytest.mark.long),
+        pytest.param("saturated", lambda force: np.minimum(force, 0.75 * force.max()), marks=pytest.mark.long),
         ("drift", lambda force: force + np.linspace(0.0, 0.1 * force.max(), len(force))),
     ],
 )

@@ -280,10 +280,3 @@ def test_one_bad_second_pass_does_not_stop_the_rest(tmp_path):
     assert any("second pass cannot be used" in note for note in document["recordings"][2]["notes"])
     found = {p["name"]: p["value"] for p in document["parameters"]}
     assert found["cutting_force"] == pytest.approx(0.0776, abs=2e-3)
-
-
-def test_demo_writes_json(tmp_path):
-    done = run("demo", "--out", tmp_path / "demo", "--json", "-")
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout) == json.loads((tmp_path / "demo" / "results.json").read_text())
-    assert (tmp_path / "demo" / "report.html").stat().st_size < 2e6

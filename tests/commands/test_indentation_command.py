@@ -43,6 +43,9 @@ def test_the_command(file, more):
     assert values["young_modulus"]["low"] <= 0.75 * E_R <= values["young_modulus"]["high"]
     assert values["contact_depth"]["value"] == pytest.approx(CONTACT, abs=2e-6)
     assert ("indentation ends at the deepest" in done.stderr) == (not more)
+    unloading = {each["name"]: each["value"] for each in found["unloading"]["parameters"]}
+    # half of the force and of its zero at every depth
+    assert unloading["reduced_modulus"] == pytest.approx(0.5 * E_R, rel=0.05)
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import needleforce as nf
+from needleforce.cli import app
+from needleforce.commands import demo
 from needleforce.commands.demo import demonstrate
 
 PAPERS = ["needle_young_modulus", "tissue_young_modulus", "puncture_force", "puncture_indentation",
@@ -23,7 +26,7 @@ def done(tmp_path_factory):
 @pytest.fixture(scope="module")
 def constant(tmp_path_factory):
     """With a cutting force that is the same at each depth; one that sticks and slips starts low after the puncture."""
-    return demonstrate(tmp_path_factory.mktemp("constant"), seed=3, cutting=nf.laws.ConstantCutting)
+    return demonstrate(tmp_path_factory.mktemp("constant"), seed=3, sites=2, cutting=nf.laws.ConstantCutting)
 
 
 def row(demonstration, quantity):
@@ -37,6 +40,14 @@ def test_the_table(done):
     )
     json.dumps(done.table, allow_nan=False)
     assert (row(done, "cutting_force").paper, row(done, "cutting_force").paper_sd) == (0.0776, 0.0139)
+
+
+def test_the_command_writes_table_and_page(done, tmp_path, monkeypatch):
+    monkeypatch.setattr(demo, "demonstrate", lambda folder, **_: folder.mkdir() or done)
+    shown = CliRunner().invoke(app, ["demo", "--out", str(tmp_path / "demo"), "--json", "-"])
+    assert shown.exit_code == 0, shown.output
+    assert json.loads(shown.stdout) == json.loads((tmp_path / "demo" / "results.json").read_text()) == done.table
+    assert (tmp_path / "demo" / "report.html").stat().st_size < 2e6
 
 
 def test_the_swing_at_1_mm_s_is_found_but_for_the_dimples_bias(done):
@@ -74,7 +85,7 @@ def test_both_speeds_agree_on_what_does_not_depend_on_speed(done):
 
 
 def test_a_cutting_force_of_20_percent_more_is_found(constant, tmp_path):
-    more = demonstrate(tmp_path, seed=3, cutting=nf.laws.ConstantCutting, cutting_force=1.2 * 0.0776)
+    more = demonstrate(tmp_path, seed=3, sites=2, cutting=nf.laws.ConstantCutting, cutting_force=1.2 * 0.0776)
     moved = row(more, "cutting_force").identified - row(constant, "cutting_force").identified
     true = row(more, "cutting_force").true - row(constant, "cutting_force").true
     assert true == pytest.approx(0.2 * row(constant, "cutting_force").true, rel=1e-9)

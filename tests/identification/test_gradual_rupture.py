@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Contacts that rupture gradually: own simulations with a smooth step, and the stalks of another laboratory."""
 
+import functools
+
 import numpy as np
 import pytest
 
@@ -31,14 +33,20 @@ def insertion(width, seed, noise=4e-3, deep=12e-3, rate=500, speed=2e-3):
     return nf.Recording(time=np.arange(len(depth)) / rate, depth=depth, force=force)
 
 
+@functools.cache
+def identified(width, seed):
+    """A recording and its fit, which several tests look at."""
+    recording = insertion(width, seed)
+    return recording, nf.identify(recording)
+
+
 @pytest.mark.parametrize("width", [0.1e-3, 0.3e-3, 0.7e-3, 1.5e-3])
 def test_contact_friction_and_cutting_are_in_their_intervals(width):
     """Of 8 x 4 intervals at 95 %, 4 or more miss in 2 % of such tests. A sharp model may be the better one for short
     ruptures; the force at the peak is met by either."""
     missed, met = [], []
     for seed in range(8):
-        recording = insertion(width, seed)
-        fit = nf.identify(recording)
+        _, fit = identified(width, seed)
         for name, true in TRUTH.items():
             found = fit.parameters[name]
             if not found.low <= true <= found.high:
@@ -65,8 +73,7 @@ def test_the_identified_model_is_the_fit_and_a_preset(tmp_path):
 
 
 def test_a_replay_puts_the_peak_where_the_recording_has_it():
-    recording = insertion(0.7e-3, 1)
-    fit = nf.identify(recording)
+    recording, fit = identified(0.7e-3, 1)
     replay = fit.predict(recording, events=nf.segment(recording))
     peak = recording.depth[np.argmax(replay)]
     assert abs(peak - fit.parameters.puncture_depth.value) < 0.15e-3
@@ -76,26 +83,30 @@ def test_a_replay_puts_the_peak_where_the_recording_has_it():
 def test_a_replay_meets_the_peak_of_its_own_recording(width):
     """Contact and punctures of the recording change nothing: the fit has them where the events say."""
     for seed in range(3):
-        recording = insertion(width, seed)
-        fit, top = nf.identify(recording), recording.force.max()
-        assert fit.predict(recording, events=nf.segment(recording)).max() == pytest.approx(top, rel=0.05), seed
+        recording, fit = identified(width, seed)
+        replayed = fit.predict(recording, events=nf.segment(recording))
+        assert replayed.max() == pytest.approx(recording.force.max(), rel=0.05), seed
 
 
-@pytest.mark.parametrize("width, limit", [(0.3e-3, 0.05), (0.7e-3, 0.05), (1.5e-3, 0.14)])
-def test_a_replay_of_another_puncture_has_its_force(monkeypatch, width, limit):
-    """One tissue that ruptures 15 % earlier to 20 % later, in a zero of the depth that moves by up to 0.8 mm. The force
-    at the peak goes by the square of the indentation, 4 mm; segmentation has a flat peak within 0.3 mm only."""
-    runs = []
-    for k, longer in enumerate((1.0, 0.85, 0.95, 1.1, 1.2)):
-        monkeypatch.setattr(f"{__name__}.ONSET", ONSET_AT := 4e-3 * longer)
-        monkeypatch.setattr(f"{__name__}.PEAK", (ONSET_AT / 4e-3) ** 2)
-        run = insertion(width, k)
-        runs.append(nf.Recording(time=run.time, depth=run.depth + 0.2e-3 * k, force=run.force))
-    fit = nf.identify(runs[:1])
-    met = [fit.predict(run, events=nf.segment(run)).max() / run.force.max() for run in runs]
-    assert np.abs(np.log(met)).max() < limit, met
-    alone = [fit.predict(run).max() / run.force.max() for run in runs]
-    assert max(alone) - min(alone) > 3.0 * (max(met) - min(met))
+@pytest.mark.parametrize("width", [1e-9, 0.1e-3, 0.3e-3, 0.7e-3, 1.1e-3, 1.5e-3])
+def test_a_replay_of_another_puncture_has_its_force(monkeypatch, many, width):
+    """One tissue that ruptures 30 % earlier to 20 % later, in a zero of the depth that moves by up to 1 mm. Force at
+    the peak goes by the square of the indentation: the 0.02 mm by which a contact is known are 1 % to 2 %."""
+    met, alone = [], []
+    for seed in range(many(3, 10)):
+        runs, tops = [], []
+        for k, longer in enumerate((1.0, 0.7, 0.85, 0.95, 1.1, 1.2)):
+            monkeypatch.setattr(f"{__name__}.ONSET", 4e-3 * longer)
+            monkeypatch.setattr(f"{__name__}.PEAK", longer**2)
+            run = insertion(width, 10 * seed + k, deep=9e-3)
+            runs.append(nf.Recording(time=run.time, depth=run.depth + 0.2e-3 * k, force=run.force))
+            tops.append(insertion(width, 0, noise=0.0, deep=9e-3).force.max())
+        fit = nf.identify(runs[0])
+        met += [fit.predict(run, events=nf.segment(run)).max() / top for run, top in zip(runs[1:], tops[1:])]
+        alone += [fit.predict(run).max() / top for run, top in zip(runs[1:], tops[1:])]
+    error = np.abs(np.log(met))
+    assert np.sqrt(np.mean(error**2)) < 0.03 and np.mean(error < 0.05) >= 0.9 and error.max() < 0.08, met
+    assert np.sqrt(np.mean(error**2)) < 0.1 * np.sqrt(np.mean(np.log(alone) ** 2))
 
 
 @pytest.mark.parametrize("filter_length", [1, 10])
@@ -113,11 +124,11 @@ def test_a_sharp_rupture_is_not_gradual(filter_length):
 STALKS = "other-labs/stalk-puncture-instron"
 
 
-def test_stalks_have_models_that_meet_the_peak(recordings):
+def test_stalks_have_models_that_meet_the_peak(recordings, many):
     """Of another laboratory, 1 kHz: a sharp rupture is 1.11 to 1.19 of the measured peak. Until the force is least
     behind the first wall, the residual is small; the transient before the contact is no drift."""
     pd = pytest.importorskip("pandas")
-    for path in sorted((recordings / STALKS).glob("*.csv")):
+    for path in sorted((recordings / STALKS).glob("*.csv"))[:: many(3, 1)]:
         time, depth, force = pd.read_csv(path).iloc[1:].astype(float).to_numpy().T
         found = nf.identify(nf.Recording(time, 1e-3 * depth, np.gradient(1e-3 * depth, time), force)).recordings[0]
         assert len(found.predicted), path.name

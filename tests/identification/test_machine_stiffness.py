@@ -20,7 +20,7 @@ TRUE = {
 }
 
 
-def recorded(stiffness=np.inf, *, seed=0, power=2.0, outwards=1.0, grip=0.0, stretch=0.1e-3):
+def recorded(stiffness=np.inf, *, seed=0, power=2.0, outwards=1.0, grip=0.0, stretch=0.1e-3, noise=NOISE):
     """Own insertion with its depth at the stage: the tip is behind it by the force over the stiffness [N/m] of the
     machine, and jumps at the puncture. The fall takes no time."""
     tip = [np.linspace(0.0, PUNCTURE, 4000), np.linspace(PUNCTURE, DEEP, 8000), np.linspace(DEEP, 0.0, 12000)]
@@ -34,7 +34,7 @@ def recorded(stiffness=np.inf, *, seed=0, power=2.0, outwards=1.0, grip=0.0, str
     inwards = np.where(legs[0] <= jump, loaded, np.interp(legs[0], stage[1], force[1]))
     back = np.interp(-legs[2], -stage[2], force[2], right=0.0)
     clean = np.concatenate([inwards, np.full(300, force[1][-1]), back])
-    noise = np.random.default_rng(seed).normal(0.0, NOISE, len(clean))
+    noise = np.random.default_rng(seed).normal(0.0, noise, len(clean))
     return nf.Recording(time=np.arange(len(clean)) / RATE, depth=np.concatenate(legs), force=clean + noise)
 
 
@@ -52,6 +52,20 @@ def test_a_machine_is_found_and_its_parameters_are_those_at_the_tip(stiffness):
     assert fit.warnings[0].startswith("A machine (sensor, holder, drive) of") and "machine_stiffness" in fit.warnings[0]
     again = recorded(stiffness, seed=1)
     assert np.sqrt(np.mean((fit.predict(again) - again.force) ** 2)) < 0.01 * again.force.max()
+
+
+@pytest.mark.parametrize("stretch", [0.3e-3, 0.6e-3])
+def test_a_long_reversal_of_friction_does_not_hide_the_machine(stretch):
+    fit = nf.identify(recorded(20e3, stretch=stretch))
+    assert fit.parameters.machine_stiffness.low <= 20e3 <= fit.parameters.machine_stiffness.high
+    assert all(held(fit).values()), held(fit)
+
+
+def test_a_machine_that_noise_may_hide_is_in_the_intervals(many):
+    fits = [nf.identify(recorded(100e3, seed=seed, noise=20e-3)) for seed in range(many(3, 20))]
+    for fit in fits:
+        assert all(held(fit)[name] for name in ("friction_per_length", "cutting_force", "contact_depth"))
+    assert any("With a machine" in sentence for fit in fits for sentence in fit.warnings)
 
 
 def test_repeats_share_the_machine():
@@ -72,6 +86,11 @@ def test_a_known_machine_is_held():
     fit = nf.identify(recorded(20e3), machine_stiffness=20e3, model="paper")
     assert all(held(fit).values()), held(fit)
     assert fit.parameters.machine_stiffness.value == 20e3 and "as given" in fit.held_fixed[0]
+
+
+def test_a_comparison_takes_a_known_machine():
+    (row,) = nf.compare([recorded(20e3, seed=seed) for seed in range(2)], ["paper"], machine_stiffness=20e3)
+    assert row.residual == pytest.approx(NOISE / TRUE["puncture_force"], rel=0.1)  # of the loading curve
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from needleforce.identification.one_layer.puncture_force import measured_peak
+from needleforce.identification.statistics.noise import Noise
 
 STEP, FILTER, PEAK, CONTACT, ZERO = 3e-6, 10, 899, 400, 0.05
 
@@ -29,7 +30,8 @@ def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
         high={"puncture_depth": STEP * (PEAK - 19), "force_offset": ZERO + 1e-4},
     )  # fmt: skip
     late = STEP * (PEAK + 0.5 * (FILTER - 1))  # events have the depth of the force as filtered
-    event = SimpleNamespace(force=float(strokes.force_in[PEAK - 3 : PEAK + 1].max()), depth=late)
-    found = measured_peak(strokes, fit, event, FILTER, CONTACT - 20).estimate()
+    event = SimpleNamespace(force=float(strokes.force_in[PEAK - 3 : PEAK + 1].max()), depth=late, gradual=False)
+    free = Noise(count=CONTACT - 20, variance=1e-6, long_run=1e-6)
+    found = measured_peak(strokes, fit, event, FILTER, free).estimate({})
     assert found.value == pytest.approx(0.2, abs=2e-3)
     assert found.low < 0.2 < found.high

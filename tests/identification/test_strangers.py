@@ -155,16 +155,19 @@ def test_sensor_faults_are_present_as_given():
 @pytest.mark.parametrize("scenario", ["anything", *SCENARIOS, *REPEATED])
 def test_each_scenario_makes_a_recording_with_its_truth(scenario):
     time, depth, force, truth = stranger(1001, scenario)
-    again = stranger(1001, scenario)
     assert time.size == depth.size == force.size == truth.clean.size >= 30
     assert np.isfinite(np.concatenate([time, depth, force])).all()
-    np.testing.assert_array_equal(force, again[2])
     assert truth.meaningful <= set(truth.values)
     assert not truth.absent & set(truth.values)
     assert (np.diff(time) > 0).all() or "disorder" in truth.faults
     for low, high in truth.values.values():
         assert low <= high
     assert set(truth.faults) <= set(FAULTS | SHARED_FAULTS)
+
+
+@pytest.mark.parametrize("scenario", ["anything", next(iter(SCENARIOS)), next(iter(REPEATED))])
+def test_a_seed_gives_the_same_recording_again(scenario):
+    np.testing.assert_array_equal(stranger(1001, scenario)[2], stranger(1001, scenario)[2])
 
 
 def test_every_second_recording_may_have_anything_and_most_have_few_faults():
@@ -254,7 +257,7 @@ def test_the_benchmark_prints_its_tables(root):
 
 @pytest.fixture(scope="module")
 def verdicts(many):
-    return [trial(seed) for seed in range(many(40, 200))]
+    return [trial(seed) for seed in range(many(25, 200))]
 
 
 def test_no_recording_ends_in_a_traceback(verdicts):
@@ -281,9 +284,10 @@ def test_an_interval_holds_its_own_value(verdicts):
 
 @pytest.fixture(scope="module")
 def repeated(many):
-    """Ten repeats of conditions with one systematic error each, which all of them share."""
-    names = list(REPEATED)
-    return [trial(30000 + k, names[k % len(names)], 10) for k in range(many(len(names), 6 * len(names)))]
+    """Repeats of conditions with one systematic error each, which all of them share: taken for random, three leave 84 %
+    of the intervals with their truth, ten 74 %."""
+    names, n = list(REPEATED), many(5, 10)
+    return [trial(30000 + k, names[k % len(names)], n) for k in range(many(len(names), 6 * len(names)))]
 
 
 def test_repeats_do_not_turn_a_systematic_error_into_a_wrong_number(repeated):

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What the objects of the C face need from outside. Beside what a step may need (tests/cpp/undefined_symbols.sh) there is
+# What the C face needs from outside. Beside what a step may need (tests/cpp/undefined_symbols.sh) there is
 # what nf_init alone calls, before the loop: strcmp for names; the trigonometry and special functions of contact
 # integrals; abort, where std::visit would meet a variant without a value, which layers read by name never have.
 # Then the same for objects with an allocation, a lock and an output planted in them, which must be refused.
@@ -15,14 +15,10 @@ compile() {
 }
 check() { tests/cpp/undefined_symbols.sh "$folder/object.o" "$1" "${before_the_loop[@]}"; }
 
-compile bindings/c/needleforce.cpp
-check nf_step_v2
-compile bindings/c/needleforce_guard.cpp
-check nf_guard_step_v2
-compile bindings/c/needleforce_bend.cpp
-check nf_bend_step_v2
-compile bindings/c/needleforce_solid.cpp
-check nf_solid_step_v2
+# as one unit: each of the files includes the engine
+printf "#include \"$PWD/bindings/c/needleforce%s.cpp\"\n" "" _guard _bend _solid > "$folder/all.cpp"
+compile "$folder/all.cpp"
+for step in nf_step_v2 nf_guard_step_v2 nf_bend_step_v2 nf_solid_step_v2; do check $step; done
 planted() {
   printf 'extern "C" void nf_step() {}\n%s\n' "$1" > "$folder/planted.cpp"
   compile "$folder/planted.cpp"

@@ -2,6 +2,8 @@
 """Waveforms with starts of their own, copies among repeats, unsigned forces, forces without a contact, and rows of text
 in bench tests: for each the public case, and further files of its kind, by value."""
 
+import re
+
 import numpy as np
 import pytest
 from nptdms import ChannelObject, TdmsWriter
@@ -24,6 +26,7 @@ from odd_insertion import (
 import needleforce as nf
 from needleforce.bench_tests.reading import read_bending, read_stress
 from needleforce.campaign import campaign
+from needleforce.recording.copies import copies
 
 # --- waveforms that start at different times
 
@@ -126,6 +129,25 @@ RESAVED = {
     "the first rows are absent": HEAD + rows(ROWS[20:]),
     "a column more": "time_s,depth_mm,force_N,fx_N\n" + rows(np.column_stack([ROWS, 0.1 * FORCE])),
     "signs": HEAD + rows(ROWS * [1.0, -1.0, -1.0]),
+    "three digits": HEAD + rows(places=3),
+    "four significant digits": HEAD + "".join(",".join(f"{v:.4g}" for v in row) + "\n" for row in ROWS),
+    "a coarse force": HEAD + rows(np.column_stack([TIME, DEPTH, 0.005 * np.round(FORCE / 0.005)])),
+    "every second row": HEAD + rows(ROWS[::2]),
+    "every third row, from the second on": HEAD + rows(ROWS[1::3]),
+    "means of two rows": HEAD + rows(ROWS.reshape(-1, 2, 3).mean(axis=1)),
+    "another gain": HEAD + rows(ROWS * [1.0, 1.0, 1.02]),
+    "half the gain, reversed": HEAD + rows(ROWS * [1.0, 1.0, -0.5]),
+    "another zero of all": HEAD + rows(np.add(ROWS, [100.0, 3.0, 0.5])),
+    "another start of the clock and the depth, every second row": HEAD + rows(np.add(ROWS[::2], [50.0, -2.0, 0.0])),
+    "a drift taken off": HEAD + rows(ROWS - np.outer(TIME, [0.0, 0.0, 0.02])),
+    "another zero, gain and place of the columns": "force_N,depth_mm,time_s\n" + rows(ROWS[:, ::-1] * 1.03 + 0.1),
+    "without the first second, rounded": HEAD + rows(ROWS[100:], places=3),
+}
+OWN_NOISE = {
+    "white": lambda noise: 0.003 * noise,
+    "of a filter": lambda noise: 0.01 * np.convolve(noise, np.ones(10) / 10.0, "same"),
+    "with hum": lambda noise: 0.001 * noise + 0.02 * np.sin(2.0 * np.pi * 13.0 * TIME + noise[0]),
+    "of a coarse sensor": lambda noise: 0.005 * np.round((force_of(TIME) + 0.002 * noise) / 0.005) - force_of(TIME),
 }
 
 
@@ -136,12 +158,18 @@ def test_readings_saved_again_are_no_repeat(tmp_path, how):
         nf.identify([nf.read(first), nf.read(again)])
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_repeats_with_noise_of_their_own_are_repeats(tmp_path, seed):
-    noise = np.random.default_rng(seed).normal(size=len(TIME))
-    other = np.column_stack([TIME, DEPTH, force_of(TIME) + 0.003 * noise])
-    first, again = written(tmp_path, HEAD + rows(), "A.csv"), written(tmp_path, HEAD + rows(other), "B.csv")
-    assert len(nf.identify([nf.read(first), nf.read(again)]).recordings) == 2
+@pytest.mark.parametrize("kind", OWN_NOISE)
+def test_repeats_with_noise_of_their_own_are_repeats(tmp_path, kind, many):
+    runs = []
+    for seed in range(many(5, 60)):
+        force = force_of(TIME) + OWN_NOISE[kind](np.random.default_rng(seed).normal(size=len(TIME)))
+        runs.append(nf.read(written(tmp_path, HEAD + rows(np.column_stack([TIME, DEPTH, force])), f"{seed}.csv")))
+    assert copies(runs) == {}
+
+
+def test_repeats_of_the_rig_are_no_copies(recordings):
+    runs = [nf.read(path) for path in sorted((recordings / "needle-insertion-rig").glob("*_[1-5]_2024*.csv"))]
+    assert len(runs) > 50 and copies(runs) == {}
 
 
 def test_public_case_06(recordings):
@@ -204,16 +232,38 @@ def test_public_case_07(recordings):
 
 
 def stepped(at, by, size=0.003):
-    """The insertion with a zero that steps before the contact, at 1.25 s."""
+    """The insertion with a zero that steps; its contact is at 1.25 s, its puncture at 2.25 s."""
     noise = size * np.random.default_rng(3).normal(size=len(TIME))
     return force_of(TIME) + noise + np.where(TIME < at, -by, 0.0)
 
 
-@pytest.mark.parametrize("at", [0.3, 0.7, 1.0, 1.15])
-@pytest.mark.parametrize("by", [-0.4, -2.0, -10.0])
+@pytest.mark.parametrize(
+    "at, by",
+    [(at, by) for at in (0.3, 0.7, 1.0, 1.15) for by in (-0.4, -2.0, -10.0)]
+    + [(at, by) for at in (0.3, 0.7, 1.8, 2.8, 3.1, 4.2, 5.5, 6.4, 7.2) for by in (0.1, 0.3, 2.0)]
+    + [(at, -0.2) for at in (1.8, 2.8, 3.1, 4.2, 5.5, 6.4, 7.2)],
+)
 def test_a_zero_that_steps_is_named(at, by):
     events = nf.segment((TIME, 1e-3 * DEPTH, stepped(at, by)))
-    assert any(f"at {at:g} s" in each and "baseline changes" in each for each in events.notes), events.notes
+    found = [re.search(r"steps by .*? at ([\d.]+) s", each) for each in events.notes]
+    assert at in [pytest.approx(float(each[1]), abs=0.011) for each in found if each], events.notes
+    assert not any("the sensor drifts" in each or "is not that of the tip" in each for each in events.notes)
+
+
+@pytest.mark.parametrize("by", [0.1, 0.3, 1.0, -0.1, -1.0])
+def test_a_zero_that_drifts_does_not_step(by, many):
+    for seed in range(many(3, 40)):
+        noise = 0.003 * np.random.default_rng(seed).normal(size=len(TIME))
+        notes = nf.segment((TIME, 1e-3 * DEPTH, force_of(TIME) + noise + by * TIME / TIME[-1])).notes
+        assert not any("steps" in each and "or drifts" not in each for each in notes)
+        assert any("drifts" in each for each in notes)
+
+
+@pytest.mark.parametrize("at", [1.0, 2.0, 2.5, 3.2, 4.1])
+def test_a_channel_that_dies_is_named(at):
+    force = stepped(0.0, 0.0)
+    notes = nf.segment((TIME, 1e-3 * DEPTH, np.where(TIME < at, force, force[np.searchsorted(TIME, at)]))).notes
+    assert any("from" in each and "the channel is dead" in each for each in notes), notes
 
 
 @pytest.mark.parametrize("value", [0.0, 0.013, -5.2])

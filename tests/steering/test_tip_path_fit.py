@@ -185,13 +185,13 @@ def test_a_needle_that_does_not_reach_is_not_predicted():
         ("phantomB", (("01",), ("02",)), 1.0),
     ],
 )
-def test_held_out_steered_insertions_are_predicted(recordings, tissue, trained, allowed):
+def test_held_out_steered_insertions_are_predicted(recordings, tissue, trained, allowed, many):
     # the figures over all choices are in docs/evidence/steering.md; a straight line from the entry is off by 3 to 5 mm
     paths = nf.steering.read(recordings / "needle-steering" / "stepwise_insertions.csv")
     steered = {path.name[-2:]: path for path in paths if path.name.startswith(f"{tissue}_closed")}
     unsteered = [path for path in paths if path.name.startswith(f"{tissue}_open")]
     errors = []
-    for training in trained:
+    for training in trained[: many(1, len(trained))]:
         fit = identify([*unsteered, *(steered[name] for name in training)], NEEDLE)
         held = [path for name, path in steered.items() if name not in training]
         errors += [np.linalg.norm((fit.predict(path) - path.tip)[:, :2], axis=1) for path in held]

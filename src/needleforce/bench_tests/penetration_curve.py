@@ -7,16 +7,18 @@ from typing import Any
 import numpy as np
 
 from .. import core
-from ..display.quantities import counted
+from ..display.quantities import counted, plain
 from ..errors import InputError
+from ..identification.one_layer.force_zero import Coefficient, slope_without_contact
 from ..identification.statistics.curve_noise import CurveNoise, curve_noise
 from ..recording import Recording
 from ..recording.force_signal import outliers, quantum_of, without_outliers
 from ..segmentation import segment
-from ..segmentation.doubtful import MAX_ALTERNATION_SHARE, saturated
+from ..segmentation.doubtful import MAX_ALTERNATION_SHARE, STEP_GAP, first_step, saturated
 from ..segmentation.strokes import cut_samples, deepest_sample
 from ..vocabulary import SMALLEST
 
+CLEARLY_FREE, MIN_SLOPE_SAMPLES = 0.8, 20  # share of the readings before contact that show a slope, and their number
 NOMINAL_SPEED = 1e-3  # [m/s] of a curve without time, for the search of its contact
 NORMAL_95 = 1.96
 STEADY_BLOCKS = 400  # blocks of the end of a curve in which the steady part is searched
@@ -148,6 +150,11 @@ def curve_of(travel: np.ndarray, force: np.ndarray, notes: tuple[str, ...], *, b
         found.append(f"{counted(len(wrong), 'outlier')} of the force replaced by the neighbours.")
     force = without_outliers(force, wrong)
     noise = curve_noise(force, quantum)
+    stepped, by = first_step(force, max(quantum, noise.of_mean(1)))
+    if stepped:
+        place = f"at a travel of {plain(float(travel[stepped]), 'm')}, from one steady level to another"
+        found.append(f"The force steps by {plain(by, 'N')} {place}: the zero steps, and what is before is left out.")
+        travel, force = travel[stepped + STEP_GAP :], force[stepped + STEP_GAP :]
     at_limit, zero = saturated(travel, force, quantum, noise.of_mean(1)), 0.0
     time = np.arange(len(travel)) * float(travel[-1] - travel[0]) / (len(travel) - 1) / NOMINAL_SPEED
     events = segment(Recording(time=time, depth=travel, force=force))
@@ -161,6 +168,13 @@ def curve_of(travel: np.ndarray, force: np.ndarray, notes: tuple[str, ...], *, b
         # the force is certainly above the noise there; the earliest place not excluded may be anywhere before
         error = float(travel[min(events.contact.high, len(travel) - 1)]) - contact
         errors = max(error, 0.0), noise.of_mean(max(start, 1)) if baseline else 0.0
+        free = int(CLEARLY_FREE * start)
+        if baseline and (slope := _slope_without_contact(travel[:free], force[:free])):
+            before = f"The force changes by {plain(slope.value, 'N/m')} before contact, as {free} readings show"
+            found.append(f"{before}: the zero drifts, and this slope is taken off the curve.")
+            force = force - slope.value * (travel - contact)
+            zero = float(force[:free].mean())
+            errors = errors[0], float(np.hypot(errors[1], slope.error * (travel[-1] - travel[:free].mean())))
     if at_limit is not None:
         found.append(f"The force stands at exactly its maximum for {counted(at_limit[1], 'sample')}, as of a saturated "
                      "sensor: peaks at it are lower bounds.")  # fmt: skip
@@ -176,6 +190,14 @@ def curve_of(travel: np.ndarray, force: np.ndarray, notes: tuple[str, ...], *, b
         limit=float(force.max()) - zero if at_limit is not None else np.inf,
         notes=tuple(found),
     )
+
+
+def _slope_without_contact(travel: np.ndarray, force: np.ndarray) -> Coefficient | None:
+    """The slope of the force over the (n,) travel before contact; None where noise explains it."""
+    if len(travel) < MIN_SLOPE_SAMPLES or not np.ptp(force) > 0.0:
+        return None
+    slope = slope_without_contact(travel, force)
+    return slope if slope.is_significant else None
 
 
 def work_of(curve: Curve, end: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from ..display.result import Result
 from ..errors import InputError
 from ..identification.statistics.noise import INTERVAL
 from ..recording import Recording
-from ..recording.recording import copies
+from ..recording.copies import copies
 from .penetration import FIGURES, PenetrationTest, penetration_test, without_figures
 
 if TYPE_CHECKING:

@@ -37,7 +37,7 @@ class LoadedFile:
     label: Label
     recording: Recording | None
     problem: str = ""
-    lacks_memory: bool = False
+    is_out_of_memory: bool = False
 
     @property
     def name(self) -> str:
@@ -100,7 +100,7 @@ def failed(task: ConditionTask, reason: str) -> Condition:
 
 def _is_of(loaded: Sequence[LoadedFile], contents: tuple[str, ...]) -> bool:
     """Whether the files have these contents, and none was left out because this computer lacks memory."""
-    if any(each.problem and each.lacks_memory for each in loaded):
+    if any(each.problem and each.is_out_of_memory for each in loaded):
         return False
     try:
         return all(digest(each.label.file.path) == content for each, content in zip(loaded, contents))
@@ -129,8 +129,8 @@ def _load(label: Label, recordings: Recordings) -> LoadedFile:
     try:
         return LoadedFile(label, recordings.read(label.file))
     except (InputError, OSError) as error:
-        lacks_memory = isinstance(error, InputError) and error.quantity == "memory"
-        return LoadedFile(label, None, str(error), lacks_memory)
+        is_out_of_memory = isinstance(error, InputError) and error.quantity == "memory"
+        return LoadedFile(label, None, str(error), is_out_of_memory)
 
 
 def condition(

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..recording import Recording
-from ..recording.recording import copies
+from ..recording.copies import copies
 from ..segmentation import Events
 from .recording_result import Anomaly, RecordingSummary, formatted, nearest
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..recording.options import ReadOptions
-from .files import NEEDLE_HELP, read_all, readable, screen_recordings
+from .files import MACHINE_HELP, NEEDLE_HELP, read_all, readable, screen_recordings
 from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, progress, say, table, write_file, write_json
 
@@ -31,6 +31,7 @@ def run(
     models: Annotated[str, typer.Option(help=MODELS_HELP)] = "paper,cone_cylinder,power_law,okamura,maurin",
     *,
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None,
+    machine_stiffness_N_mm: Annotated[float | None, typer.Option("--machine-stiffness-N-mm", help=MACHINE_HELP)] = None,
     reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
@@ -46,7 +47,9 @@ def run(
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")
     if not readable(done):
         raise typer.Exit(1)
-    rows = nf.compare(readable(done), names_of(models), progress=progress, needle=needle)
+    machine = None if machine_stiffness_N_mm is None else 1e3 * machine_stiffness_N_mm
+    options = {"progress": progress, "needle": needle, "machine_stiffness": machine}
+    rows = nf.compare(readable(done), names_of(models), **options)
     write_json(rows.to_json(), json)
     shown = [file for file, each in done if not isinstance(each, nf.InputError)]
     write_file("report", report, lambda path: rows.report(path, files=shown))

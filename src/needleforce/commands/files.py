@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 PRESET_HELP = "Model: name of a preset, a preset file (TOML), or the JSON of a fit."
 NEEDLE_HELP = "Needle: name of a preset, a preset or needle file (TOML), or the JSON of a fit."
+MACHINE_HELP = (
+    "Stiffness [N/mm] of sensor, holder and drive in series with the needle: the depth is then that of the tip."
+)
 MOTION_HELP = (
     "File with velocity or depth on its own clock; repeated once for each recording, those of second passes last."
 )

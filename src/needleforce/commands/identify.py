@@ -9,7 +9,7 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, screen_recordings
+from .files import MACHINE_HELP, MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, screen_recordings
 from .flags import takes_flags
 from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_file, write_json
 
@@ -31,10 +31,7 @@ LAYERS_HELP = (
     "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well. Of "
     "gradual_layers; default: one for each puncture."
 )
-MACHINE_HELP = (
-    "Stiffness [N/mm] of sensor, holder and drive in series with the needle: the depth is then that of the tip. "
-    "Default: none, unless the recordings show one."
-)
+MACHINE_FOUND_HELP = f"{MACHINE_HELP} Default: none, unless the recordings show one."
 
 
 class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
@@ -46,7 +43,9 @@ class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
     model: Annotated[str | None, typer.Option(help=MODEL_HELP)] = None
     layers: Annotated[int | None, typer.Option(help=LAYERS_HELP)] = None
-    machine_stiffness_N_mm: Annotated[float | None, typer.Option("--machine-stiffness-N-mm", help=MACHINE_HELP)] = None
+    machine_stiffness_N_mm: Annotated[
+        float | None, typer.Option("--machine-stiffness-N-mm", help=MACHINE_FOUND_HELP)
+    ] = None
     reading: ReadOptions
     motion: Annotated[list[Path], typer.Option(help=MOTION_HELP)] = []
     bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None

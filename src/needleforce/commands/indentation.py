@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 NAME = "indentation"
 CONTACT_HELP = "Depth of the surface, of a curve that begins in contact; default: it is fitted."
+BASELINE_HELP = "Force before contact: none, constant, line, or auto: a line where the readings there have a slope."
 BETA_HELP = "Factor of the slope of the unloading: 1 for a round tip, 1.034 for a Berkovich pyramid."
 SHAPES = {
     "cone": ("Cone", "half_angle"),
@@ -45,9 +46,7 @@ class IndentationFlags(msgspec.Struct, frozen=True, kw_only=True):
     radius_um: Annotated[float | None, typer.Option(help="Radius of the tip, of its cap, or of its flat end.")] = None
     needle: Annotated[str | None, typer.Option(help=f"{NEEDLE_HELP} Its tip and shank are used.")] = None
     poisson_ratio: Annotated[float | None, typer.Option(help="Of the specimen, to compute its Young modulus.")] = None
-    baseline: Annotated[str, typer.Option(help="Model of the force before contact: none, constant or line.")] = (
-        "constant"
-    )
+    baseline: Annotated[str, typer.Option(help=BASELINE_HELP)] = "auto"
     contact_depth_um: Annotated[float | None, typer.Option(help=CONTACT_HELP)] = None
     beta: Annotated[float, typer.Option(help=BETA_HELP)] = 1.0
     reading: ReadOptions
@@ -76,7 +75,8 @@ def run(
             used = _approach(recording, whole=bool(given.reading.segment))
             depth, force = recording.depth[used], recording.force[used]
             rows = compare_tips(depth, force, tips, progress=progress, shank_radius=shank, **surface, **options)
-            unloadings = [_unloading(recording, used.stop, row, given) for row in rows]
+            complete, stop = _complete(file, recording, given) if given.reading.segment else (recording, used.stop)
+            unloadings = [_unloading(complete, stop, row, given) for row in rows]
             rows = [
                 row._replace(fit=judged_by_unloading(row.fit, each)) if each else row
                 for row, each in zip(rows, unloadings, strict=True)
@@ -108,6 +108,18 @@ def _approach(recording: "Recording | InputError", *, whole: bool) -> slice:
     if not whole:
         say(f"assumed: the indentation ends at the deepest of {len(recording)} samples, number {used.stop}")
     return used
+
+
+def _complete(file: Path, segment: "Recording", given: IndentationFlags) -> "tuple[Recording, int]":
+    """The recording that continues after a segment of it, and the number of its samples up to the end of the segment;
+    the segment itself where the file has no such recording."""
+    reading = dataclasses.replace(given.reading, segment=None, baseline=False, test="indentation")
+    for _, each in read_all([file], reading):
+        if not isinstance(each, InputError):
+            same = (each.depth == segment.depth[-1]) & (each.force == segment.force[-1])
+            if same.any():
+                return each, int(same.nonzero()[0][-1]) + 1
+    return segment, len(segment)
 
 
 def _unloading(recording: "Recording", stop: int, row: "TipFit", given: IndentationFlags) -> "UnloadingFit | None":

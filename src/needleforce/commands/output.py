@@ -77,14 +77,14 @@ def show_log() -> None:
     """Print on standard error what the package reports while it works."""
     import logging
 
-    class Said(logging.Handler):
+    class Printed(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
             say(record.getMessage())
 
     log = logging.getLogger("needleforce")
     log.setLevel(logging.INFO)
     if not log.handlers:
-        log.addHandler(Said())
+        log.addHandler(Printed())
 
 
 def write_json(document: Any, path: str | None) -> None:

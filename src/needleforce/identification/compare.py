@@ -17,10 +17,11 @@ from .comparison import Comparison, ModelRow
 from .cross_validation import cross_validate
 from .diagnostics import FitInputs
 from .identify import Progress, assemble
-from .models import BENT, COMPARED, LAYERED, MODELS, SAME_FORCE, needle_saturation, stiffness_law
+from .models import BENT, COMPARED, GRADUAL_LAYERS, LAYERED, MODELS, SAME_FORCE, needle_saturation, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import fit_single
 from .one_layer.loading_curves import FITS
+from .one_layer.machine_stiffness import at_tip
 from .one_layer.segmented_recording import SegmentedRecording
 from .one_layer.staged_fit import forms_after_puncture
 from .repeats import differing_repeats, paired
@@ -34,6 +35,7 @@ def compare(
     progress: Progress | None = None,
     *,
     needle: Needle | Model | str | os.PathLike | None = None,
+    machine_stiffness: float | None = None,
 ) -> Comparison:
     """Fit each named model to every recording, and predict each repeat from the others.
 
@@ -51,6 +53,8 @@ def compare(
         ``progress(iterable, text)`` wraps the work.
     needle : Needle, Model, preset, preset file, JSON of a fit or needle file, optional
         As in ``identify``: with tip and radius the depth of the tip's cone is held fixed.
+    machine_stiffness : float, optional
+        Stiffness [N/m] of sensor, holder and drive in series, as in ``identify``: the depths are then those of the tip.
 
     Returns
     -------
@@ -60,15 +64,18 @@ def compare(
     Raises
     ------
     InputError
-        For an unknown model, no model, no recording, and a file given twice.
+        For an unknown model, no model, no recording, a file given twice, and a machine stiffness that leaves no travel
+        to the tissue.
     """
     if not models:
-        known = ", ".join((*MODELS, *BENT, *LAYERED))
+        known = ", ".join((*MODELS, *BENT, *LAYERED, GRADUAL_LAYERS))
         raise InputError("number of models", 0, "at least 1 is needed", next_step=f"Give some of {known}.")
-    models = [model_name(each, (*MODELS, *BENT, *SAME_FORCE, *LAYERED)) for each in models]
-    laws = {name: None if name in LAYERED else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
+    models = [model_name(each, (*MODELS, *BENT, *SAME_FORCE, *LAYERED, GRADUAL_LAYERS)) for each in models]
+    layered = (*LAYERED, GRADUAL_LAYERS)
+    laws = {name: None if name in layered else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     recordings, _ = paired(recordings, ())
+    recordings = recordings if machine_stiffness is None else [at_tip(each, machine_stiffness) for each in recordings]
     body = None if needle is None else needle_of(needle)
     given = FitInputs(body, needle_saturation(body), {})
     watched = progress(recordings, "comparing") if progress else recordings
@@ -175,11 +182,19 @@ def _identified(
     """The fit of one model. The layered ones share ``grown``, the search in the form from which all of them start."""
     if law is not None:
         return assemble(given, singles, [], law, ())
+    if name == GRADUAL_LAYERS:
+        from .layered.insertion_layers import identify_insertion_layers
+
+        return identify_insertion_layers(singles, given, None)
     from .layered.identify import identify_layered
 
     return identify_layered(singles, name, given, None, progress=progress, grown=grown)
 
 
 def _shared_parameters(fit: Fit) -> int:
-    """How many parameters the repeats of a layered fit share; 0 for one without a model."""
-    return getattr(fit.settings, "parameters", 0)
+    """How many parameters the repeats of a layered fit share, or each insertion alone has; 0 without a model."""
+    if fit.model is None:
+        return 0
+    from .layered.insertion_problem import SIZE
+
+    return getattr(fit.settings, "parameters", SIZE * len(fit.model.layers) + 1)

@@ -52,9 +52,12 @@ MODEL_ERRORS = {
     "slower misfit": "slow misfit below the puncture",
     "insertion": "strokes that disagree",
     "withdrawal": "strokes that disagree",
+    "time": "friction or a gain that changes with time",
+    "bend": "a bent insertion",
     "drop": "a puncture off the fall of the force",
     "stiffer machine": "the machine stiffness",
     "softer machine": "the machine stiffness",
+    "machine": "a machine in series that may be there",
 }
 NO_CAUSE = "steps of depth, force or time"
 WHITE = "white"
@@ -325,10 +328,12 @@ def _deep(single: SegmentedRecording) -> str:
         return ""
     fit = next(iter(single.fits.values()))
     beyond = single.strokes.depth_in - fit.values["contact_depth"] > FRICTION_LIMIT
+    if not beyond.any():
+        return ""
     residual = fit.residuals.insertion
     free = residual[single.strokes.depth_in < fit.low["contact_depth"]]
     noise = max(float(np.std(free)) if len(free) else 0.0, white_noise(single.strokes.force_in))
-    if not (beyond.any() and math.sqrt(np.mean(residual[beyond] ** 2)) > MAX_NOISE_RATIO * noise):
+    if not math.sqrt(np.mean(residual[beyond] ** 2)) > MAX_NOISE_RATIO * noise:
         return ""
     return (
         "The needle goes deeper than 12 mm: there the friction measured in the paper is no longer linear in depth, and "

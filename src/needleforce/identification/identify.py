@@ -26,7 +26,6 @@ from .diagnostics import (
 )
 from .estimates import Estimate, identified_together, pool
 from .model_choice import (
-    by_punctures,
     choice_of,
     cycle_evidence,
     falls_gradually,
@@ -183,7 +182,7 @@ def identify(
     machine = machine_stiffness_of(singles) if machine_stiffness is None else machine_stiffness
     if isinstance(machine, Estimate):
         singles = [fitted(behind(each, machine), laws, saturation) for each in singles]
-        seconds = _at_tip(seconds, machine.value)
+        seconds = _at_tip(seconds, machine.value) if machine.identifiable else seconds
     preferred = laws
     if model is None:
         singles, laws = _further_laws(singles, laws, saturation)
@@ -248,7 +247,8 @@ def _with_layers(
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
-    return dataclasses.replace(chosen, warnings=(evidence.sentence(law, DEFAULT_LAYERED), *chosen.warnings))
+    chosen = dataclasses.replace(chosen, warnings=(evidence.sentence(law, DEFAULT_LAYERED), *chosen.warnings))
+    return _compared(chosen, fit, singles) if evidence.for_layers else chosen
 
 
 def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording], given: FitInputs) -> Fit:
@@ -256,14 +256,13 @@ def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording]
     from .layered.insertion_layers import identify_insertion_layers
 
     layered = identify_insertion_layers(singles, given, None)
-    if layered.model is None:
+    if layered.model is None or len(layered.model.layers) == 1:
         return fit
     if fit.model is None:
         return dataclasses.replace(layered, warnings=(LAYERS_BY_PUNCTURES, *layered.warnings))
     evidence = cycle_evidence(fit, layered, singles, 0)
     if evidence is None:
         return fit
-    evidence = dataclasses.replace(evidence, gain=evidence.gain + by_punctures(singles))
     chosen = layered if evidence.for_layers else fit
     reason = evidence.sentence(law, GRADUAL_LAYERS, "the insertion")
     return dataclasses.replace(chosen, warnings=(reason, *chosen.warnings))
@@ -297,16 +296,25 @@ def _layered(
         from .layered.insertion_layers import identify_insertion_layers
 
         return identify_insertion_layers(singles, given, layers)
-    return _compared(identify_layered(singles, model, given, layers, progress), recordings, singles, given)
+    fit = identify_layered(singles, model, given, layers, progress)
+    return _compared(fit, identify(recordings, needle=given.needle, layers=1), singles)
 
 
-def _compared(fit: Fit, recordings: list, singles: list[SegmentedRecording], given: FitInputs) -> Fit:
-    """A layered fit with a sentence on what one layer leaves of the same cycles."""
-    one = identify(recordings, needle=given.needle, layers=1)
-    evidence = cycle_evidence(one, fit, singles, len(fit.parameters)) if one.choice else None
-    if evidence is None:
+def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
+    """A layered fit with a sentence on what one layer leaves of the same strokes; where that is as little, it comes
+    first, and no parameter of a deeper layer is identifiable."""
+    from .layered.model_selection import stroke_evidence
+
+    if fit.model is None or not one.choice or (evidence := stroke_evidence(one, fit, singles)) is None:
         return fit
-    return dataclasses.replace(fit, warnings=(*fit.warnings, evidence.compared(one.choice[0].name)))
+    sentence = evidence.sentence(one.choice[0].name, fit.settings.layers)
+    if evidence.for_layers:
+        return dataclasses.replace(fit, warnings=(*fit.warnings, sentence))
+    known = {
+        name: dataclasses.replace(each, identifiable=each.identifiable and not name.startswith("layer_"))
+        for name, each in fit.parameters.items()
+    }
+    return dataclasses.replace(fit, parameters=known, warnings=(sentence, *fit.warnings))
 
 
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
@@ -355,7 +363,7 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
     if match is not None and not match.met:
         of_law = found.keys() & set(FITS[law].parameters)
         found |= {name: dataclasses.replace(found[name], identifiable=False) for name in of_law}
-    found |= {} if peak is None else {"puncture_force": peak.estimate()}
+    found |= {} if peak is None else {"puncture_force": peak.estimate(fit.causes)}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:
         held = "held fixed: from the needle's tip and radius"

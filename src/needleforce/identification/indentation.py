@@ -18,6 +18,7 @@ from ..models.validity import SMALL_SLOPE_ANGLE
 from .contact_search import MIN_IN_CONTACT, ContactSearch
 from .estimates import Estimate, EstimateResult
 from .one_layer.deformation_fit import FLIP_SIGN, MIN_LOADING_SAMPLES
+from .one_layer.force_zero import slope_without_contact
 from .statistics.noise import TWO_SIDED, Noise, noise_of
 from .statistics.regression import criterion, inverse
 
@@ -27,6 +28,8 @@ BASELINES = {
     "constant": lambda depth: np.ones((1, len(depth))),
     "line": lambda depth: np.array([np.ones_like(depth), depth]),
 }
+BY_READINGS = "auto"  # a line where the readings before contact show a slope, otherwise a constant
+CLEARLY_FREE = 0.8  # of the travel before contact: the readings that show the slope
 MIN_FREE_SAMPLES = 5  # before contact
 MIN_RISE_SIGMA = 5.0  # [standard errors] in noise only, a search over all contact depths finds a rise of 3
 ROUNDING = 1e-10  # [of the force] a smaller rise is rounding
@@ -110,7 +113,7 @@ def fit_indentation(
     tip: Any,
     *,
     poisson_ratio: float | None = None,
-    baseline: str = "constant",
+    baseline: str = BY_READINGS,
     shank_radius: float | None = None,
     contact_depth: float | None = None,
 ) -> IndentationFit:
@@ -127,7 +130,8 @@ def fit_indentation(
     poisson_ratio : float, optional
         Poisson ratio of the sample [1], 0 to 0.5; with it ``young_modulus`` = E_r (1 - nu²) is given too.
     baseline : str
-        Force without contact: "none" (0), "constant" or "line" (linear in depth).
+        Force without contact: "none" (0), "constant", "line" (linear in depth) or "auto": a line where the readings
+        before contact have a slope that their noise explains once in 1000 curves, with a note, otherwise a constant.
     shank_radius : float, optional
         Radius of the shank [m], as in ``nf.contact``.
     contact_depth : float, optional
@@ -150,11 +154,19 @@ def fit_indentation(
     """
     tissue = checked_options(poisson_ratio, baseline)
     depth, force = _checked(depth, force)
-    zero = float(depth.min())
-    parts = BASELINES[baseline](depth - zero)
-    search = ContactSearch(depth - zero, force, parts, tip, shank_radius)
-    known = contact_depth is not None
-    place = _given_place(contact_depth, zero, search) if known else search.best()
+    zero, known = float(depth.min()), contact_depth is not None
+
+    def searched(baseline: str) -> tuple[np.ndarray, ContactSearch, float]:
+        parts = BASELINES[baseline](depth - zero)
+        search = ContactSearch(depth - zero, force, parts, tip, shank_radius)
+        return parts, search, _given_place(contact_depth, zero, search) if known else search.best()
+
+    slopes = ""
+    parts, search, place = searched("constant" if baseline == BY_READINGS else baseline)
+    if baseline == BY_READINGS:
+        line = searched("line")
+        slopes = _slope_before(line[1].depth, force, line[2])
+        parts, search, place = line if slopes else (parts, search, place)
     values, jacobian = _solved(search, place, parts)
     residual = force - np.delete(values, 1) @ np.delete(jacobian, 1, axis=0)
     fitted = np.delete(np.arange(len(values)), 1) if known else np.arange(len(values))
@@ -163,7 +175,7 @@ def fit_indentation(
     refuse_no_contact(search, place, noise, known=known)
     half = np.zeros(len(values))
     half[fitted] = TWO_SIDED * np.sqrt(noise.long_run * np.diagonal(inverse(jacobian @ jacobian.T)))
-    notes = notes_on(search, place, values[0], half, residual)
+    notes = (*([slopes] if slopes else []), *notes_on(search, place, values[0], half, residual))
     values[1] += zero
     found = {name: _estimate(name, *each, tip) for name, *each in zip(PARAMETERS, values, half)}
     if known:
@@ -178,9 +190,24 @@ def fit_indentation(
 def checked_options(poisson_ratio: float | None, baseline: str) -> Tissue | None:
     """A tissue of 1 Pa with the Poisson ratio; None without a ratio. Raises InputError for an unknown baseline or an
     impossible ratio."""
-    if baseline not in BASELINES:
-        raise InputError("baseline", repr(baseline), "unknown", next_step=f"Give one of {', '.join(BASELINES)}.")
+    known = (*BASELINES, BY_READINGS)
+    if baseline not in known:
+        raise InputError("baseline", repr(baseline), "unknown", next_step=f"Give one of {', '.join(known)}.")
     return None if poisson_ratio is None else Tissue(1.0, poisson_ratio)
+
+
+def _slope_before(depth: np.ndarray, force: np.ndarray, place: float) -> str:
+    """A sentence if the readings well before contact at ``place`` have a slope that their noise does not explain."""
+    free = np.flatnonzero(depth < CLEARLY_FREE * place)
+    if len(free) < MIN_LOADING_SAMPLES:
+        return ""
+    slope = slope_without_contact(depth[free], force[free])
+    if not slope.is_significant:
+        return ""
+    return (
+        f"The force changes by {slope.value:.3g} N/m before contact, as {len(free)} readings there show: this slope of "
+        'the baseline is part of the fit (baseline="constant", --baseline constant, holds it at 0).'
+    )
 
 
 def _given_place(contact_depth: float, zero: float, search: ContactSearch) -> float:

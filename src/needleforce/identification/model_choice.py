@@ -5,12 +5,10 @@ force; one layer or several by what the complete cycles support."""
 import math
 import statistics
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ..segmentation.contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
-from ..segmentation.punctures import FALSE_ALARMS
 from ..vocabulary import Phase
 from .diagnostics import MAX_RESIDUAL, quality
 from .estimates import Estimate
@@ -22,9 +20,8 @@ from .recording_fit import RecordingFit
 from .result import Fit
 from .settings import Choice
 from .statistics.noise import SIGNIFICANT, noise_of
-from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
+from .statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples, misfit_gain
 
-MIN_FREE_SAMPLES = 50  # of free travel, for its noise
 HELD_SHARE = 25.0  # [%] of the withdrawal below the surface: a quarter of the samples is neither noise nor a jerk
 # Parameters that the one-layer fit takes from the part of a recording that shows them
 ONE_LAYER = (
@@ -44,22 +41,18 @@ DISAGREES = (
     "whole cycle so: the value given is that from the force."
 )
 
-_peaks: WeakKeyDictionary[SegmentedRecording, dict[str, MeasuredPeak | None]] = WeakKeyDictionary()
-
 
 def peak_of(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
-    """The measured force at the puncture of one recording, which is measured once for each law."""
-    known = _peaks.setdefault(single, {})
-    if law not in known:
-        known[law] = _measured_peak(single, law)
-    return known[law]
+    """The measured force at the puncture of one recording, which is measured once for each fit."""
+    fit = single.fits[law]
+    if fit not in single.peaks:
+        single.peaks[fit] = _measured_peak(single, law)
+    return single.peaks[fit]
 
 
 def _measured_peak(single: SegmentedRecording, law: str) -> MeasuredPeak | None:
-    events, strokes = single.events, single.strokes
-    free = strokes.place_in(events.contact.low) if events.contact is not None else 0
-    given = single.recording.card.filter_length, free
-    found = measured_peak(strokes, single.fits[law], events.punctures[0], *given)
+    given = single.events.punctures[0], single.recording.card.filter_length, single.free_noise
+    found = measured_peak(single.strokes, single.fits[law], *given)
     return None if found is None else found.rounded(single.force_step)
 
 
@@ -99,16 +92,14 @@ def offered(singles: list[SegmentedRecording], laws: tuple[str, ...]) -> tuple[s
 def leaves_noise(single: SegmentedRecording, law: str) -> bool:
     """Whether the residual of the loading curve is no larger than the noise of the free travel, by a test of the ratio
     of two variances of correlated samples; False where the free travel is too short to know."""
-    events, strokes = single.events, single.strokes
-    free = strokes.force_in[: strokes.place_in(events.contact.low) if events.contact is not None else 0]
-    if law not in single.loading or len(free) < MIN_FREE_SAMPLES:
+    noise = single.free_noise
+    if law not in single.loading or noise is None:
         return False
     found = single.loading[law].noise
-    noise = noise_of(free - free.mean(), len(free), single.recording.card.filter_length, 1.0)
     if not noise.variance > 0.0:
         return not found.sse > 0.0
     correlation = noise.long_run / noise.variance
-    scatter = math.sqrt(2.0 * correlation * (1.0 / len(free) + 1.0 / found.count))
+    scatter = math.sqrt(2.0 * correlation * (1.0 / noise.count + 1.0 / found.count))
     return found.variance <= noise.variance * (1.0 + SIGNIFICANT * scatter)
 
 
@@ -192,12 +183,6 @@ def held_by_tissue(single: SegmentedRecording) -> bool:
     return len(inside) > 0 and float(np.percentile(inside, HELD_SHARE)) < events.baseline - min_pull
 
 
-def by_punctures(singles: list[SegmentedRecording]) -> float:
-    """The evidence of the punctures after the first for further layers, as a difference of BIC: noise alone would make
-    one in ``1 / FALSE_ALARMS`` recordings."""
-    return -2.0 * math.log(FALSE_ALARMS) * sum(max(len(single.events.punctures) - 1, 0) for single in singles)
-
-
 def goes_in_only(singles: list[SegmentedRecording]) -> bool:
     """Whether no recording has a withdrawal, and half of those with contact have two punctures or more."""
     touching = [single for single in singles if single.events.contact is not None]
@@ -254,19 +239,6 @@ class CycleEvidence:
             f"layer ({law}) and {100 * self.layered:.2g} % with layers. Give model='{other}' for the other one."
         )
 
-    def compared(self, law: str) -> str:
-        """A layered model that was named, compared with one layer, in words."""
-        verdict = (
-            "the layered law describes these recordings better."
-            if self.for_layers
-            else (f"one layer describes these recordings as well or better. Give model='{law}', or leave model out.")
-        )
-        return (
-            f"Compared with one layer ({law}), over insertion, hold and withdrawal without the friction reversal, its "
-            f"residual is {100 * self.one_layer:.2g} % of the peak and that of layers {100 * self.layered:.2g} %: "
-            f"{verdict}"
-        )
-
 
 def cycle_evidence(one: Fit, layered: Fit, singles: list[SegmentedRecording], shared: int) -> CycleEvidence | None:
     """The evidence of the recordings that both models describe; None without one.
@@ -292,8 +264,7 @@ def cycle_evidence(one: Fit, layered: Fit, singles: list[SegmentedRecording], sh
 def _compared(one: np.ndarray, layered: np.ndarray) -> tuple[float, float]:
     """Independent samples of two residuals, and minus twice the logarithm of their ratio of likelihoods."""
     noises = [noise_of(each, len(each)) for each in (one, layered)]
-    samples = independent_samples(noises)
-    return samples, bic_gain(noises[1].sse, noises[0].sse, 0, samples)
+    return independent_samples(noises), misfit_gain(noises[1], noises[0])
 
 
 def with_one_layer_parameters(layered: Fit, one: Fit) -> Fit:

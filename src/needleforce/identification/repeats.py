@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording import Recording
-from ..recording.recording import copies
+from ..recording.copies import copies
 from ..recording.source import RecordingSource, is_arrays, recording_of, recordings_of
 from ..segmentation.strokes import white_noise
 from ..vocabulary import SMALLEST
@@ -100,11 +100,12 @@ def differing_repeats(singles: Sequence[SegmentedRecording]) -> Iterator[str]:
 def _curve(single: SegmentedRecording) -> np.ndarray:
     """The force (m,) [N] of the insertion every 0.1 mm from the contact, without the force before it.
 
-    The contact is that of a fit if there is one, which all of the loading curve determines.
+    The contact is that of the loading curve by itself if it has a fit. The complete cycle has another one, and whether
+    the fit follows it may differ between repeats.
     """
     strokes, contact = single.strokes, single.events.contact
     free = strokes.force_in[: strokes.place_in(contact.low)]
-    surface = next((fit.values["contact_depth"] for fit in single.fits.values()), contact.depth)
+    surface = next((fit.values["contact_depth"] for fit in single.loading.values()), contact.depth)
     travel = np.maximum.accumulate(strokes.depth_in) - surface
     grid = STEP_M * np.arange(max(int(travel[-1] / STEP_M) + 1, 0)) if len(travel) else np.empty(0)
     return np.interp(grid, travel, strokes.force_in) - (float(np.median(free)) if len(free) else 0.0)

@@ -80,8 +80,8 @@ class Fit(EstimateResult):
             the depth of the tip.
         events : Events, optional
             As from ``segment(recording)``: contact and punctures are then the recording's own where they were found (a
-            replay), moved by the distance that the fit's recordings have between events and fitted depths. Without it
-            they are at the mean depths of the fit.
+            replay), as the fit's recordings have them by the same events; the stiffness remains that of the fit.
+            Without it they are at the mean depths of the fit.
 
         Returns
         -------
@@ -126,7 +126,9 @@ class Fit(EstimateResult):
             For a fit without a model.
         """
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
-        return (model, contact) if events is None else replayed(model, self.parameters, self.recordings, events)
+        if events is None:
+            return model, contact
+        return replayed(model, self.parameters, self.recordings, events, recording.depth)
 
     @property
     def shared_contact(self) -> float | None:

@@ -225,7 +225,8 @@ def friction_reversal_of(
 ) -> FrictionReversal | None:
     """The friction reversal at the start of the withdrawal ``outwards`` of depth and force (n,); None without one.
 
-    The needle slides from where the pull, as a mean over bins of travel, first stops growing. For an elastic-slip
+    The needle slides a bin of travel behind that in which the pull, as a mean over bins, first stops growing: in a part
+    of that one friction still reverses. For an elastic-slip
     element the travel to half of the change of force is its presliding, if the cutting force unloads over the complete
     reversal; the upper limit is for a cutting force that unloads at once.
     """
@@ -237,6 +238,7 @@ def friction_reversal_of(
     slides = outwards.start + core.sliding_start(
         depth[outwards], force[outwards], bin=BIN_M, ahead=N_BINS_AHEAD, max_bins=MAX_BINS
     )
+    slides += int(np.argmax(depth[slides : outwards.stop] <= depth[slides] - BIN_M))
     push, pull = float(np.mean(force[rest])), -float(np.mean(force[slides : slides + 5]))
     k = max(rest.stop + int(np.argmax(force[rest.stop : outwards.stop] <= 0.5 * (push - pull))), 1)
     travel = core.median(depth[rest]) - depth[[k - 1, k]]

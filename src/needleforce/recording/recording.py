@@ -16,10 +16,6 @@ from ..errors import InputError
 COLUMNS = ("time", "depth", "velocity", "force")
 UNITS = {"time": "s", "depth": "m", "velocity": "m/s", "tx": "N m", "ty": "N m", "tz": "N m"}
 
-
-_COPIED_SHARE = 0.1  # of the noise: forces of two files that differ by less are the same readings
-_ROUNDING = 1e-9  # of the force: what a conversion of units changes
-_MIN_COPIED, _MAX_LACKING = 20, 0.1  # samples that are compared, and share that one of two may lack
 _DERIVATIVE_WINDOW_S = 0.05  # s: the change of depth over this time gives the velocity
 
 
@@ -265,48 +261,3 @@ class Recording(Printed):
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
         yield "Assumed", self.card.assumptions
         yield "Notes", [note.message for note in self.notes]
-
-
-def copies(recordings: Sequence[Recording]) -> dict[int, int]:
-    """The recordings of files that have the readings of another one before them.
-
-    Parameters
-    ----------
-    recordings : sequence of Recording
-        In the order in which they are compared.
-
-    Returns
-    -------
-    dict
-        Number of the recording -> number of the first one with its readings.
-
-    Notes
-    -----
-    Files of the same bytes are copies, and so are others whose forces differ by less than a tenth of their noise in the
-    root mean square, however they were saved: of two repeats with independent white noise the difference is 1.4 times
-    the noise, and of 20 samples it is so small once in 1e22 pairs. One may lack samples at one end.
-    """
-    found: dict[int, int] = {}
-    noises = [_noise(each) for each in recordings]
-    for k, one in enumerate(recordings):
-        earlier = (j for j in range(k) if j not in found)
-        first = next((j for j in earlier if _is_copy(one, recordings[j], _COPIED_SHARE * noises[k])), None)
-        found |= {} if first is None else {k: first}
-    return found
-
-
-def _noise(recording: Recording) -> float:
-    return float(core.second_difference_noise(recording.force)) if len(recording) > 2 else 0.0
-
-
-def _is_copy(one: Recording, other: Recording, tolerance: float) -> bool:
-    """Whether two recordings are of one file, or the forces in their files, up to the length of the shorter from either
-    end, differ by less than a tolerance [N]."""
-    if not one.card.sha256 or one.card.sha256 == other.card.sha256:
-        return one.card.sha256 != "" and one.card.part == other.card.part
-    count, size = min(len(one), len(other)), float(np.ptp(one.force))
-    lacking = max(len(one), len(other)) > (1.0 + _MAX_LACKING) * count
-    if not other.card.sha256 or count < _MIN_COPIED or lacking or not size > 0.0:
-        return False
-    pairs = (one.force[:count], other.force[:count]), (one.force[-count:], other.force[-count:])
-    return any(float(np.sqrt(np.mean((a - b) ** 2))) <= max(tolerance, _ROUNDING * size) for a, b in pairs)

@@ -17,7 +17,7 @@ from operator import length_hint
 from typing import Any
 
 from ..errors import InputError
-from .workers import Processes, Workers, started, versions
+from .workers import COUNT_S, Processes, Workers, started, versions
 
 _log = logging.getLogger(__name__)
 
@@ -121,7 +121,7 @@ def _found(workers: Workers, function: Callable, blocks: Iterator[Block]) -> Ite
         if not waiting:
             return
         lost: list[Block] = []
-        for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+        for future in wait(waiting, COUNT_S, FIRST_COMPLETED).done:
             block, error = waiting.pop(future), _error_of(future)
             if error is None:
                 yield from future.result()
@@ -149,9 +149,6 @@ def _error_of(future: Future) -> BaseException | None:
         raise InputError("scheduler", "gone", "it ended, or cannot be reached any more", next_step=step) from None
     if isinstance(error, InputError):
         raise error
-    if isinstance(error, ModuleNotFoundError):
-        step = "Install the same version of needleforce, with the same extras, for every worker."
-        raise InputError("worker", f"without {error.name}", str(error), next_step=step)
     return error
 
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
-from importlib import metadata
+from importlib import import_module, metadata
 from typing import Any
 
 from ..checks import instance_of
@@ -164,7 +164,7 @@ class Cluster(Workers):
         self._started = ExitStack()
         if scheduler == "local":
             self._started.enter_context(_as_workers_start())  # also one that replaces another
-            local = LocalCluster(n_workers=jobs or processors(), threads_per_worker=1, dashboard_address=None)
+            local = LocalCluster(n_workers=jobs or processors(), threads_per_worker=1, dashboard_address="127.0.0.1:0")
             self._started.enter_context(local)
         elif jobs is not None:
             raise InputError("jobs", jobs, f"the cluster at {scheduler} has its own workers", next_step="Leave it out.")
@@ -176,15 +176,27 @@ class Cluster(Workers):
             raise InputError("scheduler", repr(scheduler[:80]), limit, next_step=step) from None
         self._executor = self._client.get_executor(pure=False)
         self.expected = versions()
-        self._workers, self._counted = 0, -COUNT_S
-        if not self.window():
+        self._threads: dict[str, int] = {}
+        self._counted = -COUNT_S
+        self.window()
+        if not self._threads:
             _log.warning("The scheduler has no worker yet. The work starts when it has one.")
 
     def window(self) -> int:
         """Two for each thread of its workers, whose number may change."""
         if time.monotonic() - self._counted > COUNT_S:
-            self._workers, self._counted = sum(self._client.nthreads().values()), time.monotonic()
-        return IN_FLIGHT * max(self._workers, 1)
+            before, self._threads = self._threads, self._client.nthreads()
+            self._check([each for each in self._threads if each not in before])
+            self._counted = time.monotonic()
+        return IN_FLIGHT * max(sum(self._threads.values()), 1)
+
+    def _check(self, addresses: list[str]) -> None:
+        """Raises InputError for a new worker without needleforce: it would end with the first task that it is sent."""
+        found = self._client.run(import_module, __package__, workers=addresses, on_error="return") if addresses else {}
+        for address, error in found.items():
+            if isinstance(error, ModuleNotFoundError):
+                step = "Install the same version of needleforce, with the same extras, for every worker."
+                raise InputError("worker", "without needleforce", str(error), address, step)
 
     def submit(self, function: Callable, *values: Any) -> Future:
         """Send it to the scheduler."""

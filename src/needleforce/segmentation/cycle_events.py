@@ -84,8 +84,8 @@ def cycle_events(
     time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
 ) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
-    begin, last = _ends(time, depth, force, cycle, allowed)
-    cut = at_cut(depth, force, cycle.start, cycle.stop, size=allowed.size(cycle), lag=allowed.lag)
+    cut = _cut(depth, force, cycle, allowed)
+    begin, last = _ends(time, depth, force, cycle, allowed, cut)
     stroke = cut.blocks
     free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
     if (begin is None or free) and _loaded_before(cut, depth, free, allowed):
@@ -268,14 +268,14 @@ def _event(time: np.ndarray, depth: np.ndarray, force: np.ndarray, where: Onset,
 
 
 def _ends(
-    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits
+    time: np.ndarray, depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits, cut: Cut
 ) -> tuple[Onset | None, Onset | None]:
     """Contact and exit with ``low`` and ``high`` as samples; both are determined again after the drift between them is
-    subtracted."""
+    subtracted. ``cut`` is the insertion."""
     span = slice(cycle.start, cycle.end)
     if cycle.withdrawn and only_drift(time[span], force[span], allowed.size(cycle)):
         return None, None
-    begin, last = _contact(depth, force, cycle, allowed), None
+    begin, last = _contact(cut, allowed), None
     if begin is None or not cycle.withdrawn:
         return begin, None
     last = exit_depth(depth, force, cycle, allowed.size(cycle), allowed.crossing)
@@ -288,14 +288,18 @@ def _ends(
     before, after = time[(cycle.start + begin.low) // 2], time[(last.high + cycle.end - 1) // 2]
     level = force - drift * (time - before) / (after - before)
     again = (
-        _contact(depth, level, cycle, allowed),
+        _contact(_cut(depth, level, cycle, allowed), allowed),
         exit_depth(depth, level, cycle, allowed.size(cycle), allowed.crossing),
     )
     return again if None not in again else (begin, last)
 
 
-def _contact(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Onset | None:
+def _cut(depth: np.ndarray, force: np.ndarray, cycle: Cycle, allowed: DetectionLimits) -> Cut:
+    """The insertion stroke at the cut."""
+    return at_cut(depth, force, cycle.start, cycle.stop, size=allowed.size(cycle), lag=allowed.lag)
+
+
+def _contact(cut: Cut, allowed: DetectionLimits) -> Onset | None:
     """The contact of the insertion stroke, with blocks converted to samples."""
-    cut = at_cut(depth, force, cycle.start, cycle.stop, size=allowed.size(cycle), lag=allowed.lag)
     found = onset(cut.blocks, allowed.crossing)
     return None if found is None else replace(found, low=cut.sample(found.low), high=cut.sample(found.high + 1))

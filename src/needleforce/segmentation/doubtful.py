@@ -7,6 +7,7 @@ import numpy as np
 from .. import core
 from ..display.quantities import percent, plain
 from ..recording.force_signal import glitches, spikes
+from ..vocabulary import SMALLEST
 from .cycle_events import CycleEvents
 from .strokes import MIN_RANGE_M, Blocks, blocks
 
@@ -31,6 +32,8 @@ STEPS_TRIED = 5  # the largest changes between two samples
 STEP_GAP = 3  # samples on either side of a step, which a filter makes gradual
 STEP_QUANTA, STEP_SHARE = 3.0, 0.02  # of the sensor, and of the range of the force: a smaller step is drift
 STEP_SIGMA = 10.0  # [sd of the level] of a step: white noise makes none in 1e12 recordings
+STEP_WINDOWS = ((20, 3), (20, 10), (8, 3))  # [samples] on either side of a step of the zero, and left out next to it
+STEP_ERRORS = 4.0  # [standard errors] by which it may differ from what the zero has moved
 NEGATIVE_RATIO = 3.0  # of the largest force below zero to that above
 
 
@@ -61,10 +64,14 @@ def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, quantum: 
             )
             return f"{small}. For an indentation use needleforce indentation."
         return "The depth never increases: the needle does not move inwards."
+    if dead := _dead(force):
+        return dead
+    if dead := _dies(time, depth, force):
+        return f"No contact is detected: {dead}"
     found = glitches(force)
     if len(found):
         return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
-    cause = _dead(force) or baseline_step(time, force, quantum) or _negative(force)
+    cause = baseline_step(time, force, quantum) or _negative(force)
     return cause or "The force never exceeds the noise of its baseline: there is no contact."
 
 
@@ -81,14 +88,35 @@ def _dead(force: np.ndarray) -> str:
     )
 
 
+def _dies(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
+    """A clause if the (n,) force has its last value from a sample on, beyond which half of the depth is travelled."""
+    changes = np.flatnonzero(np.diff(force))
+    last = int(changes[-1]) + 1 if len(changes) else len(force)
+    if float(depth[last:].max(initial=-np.inf) - depth[last:].min(initial=np.inf)) <= 0.5 * float(np.ptp(depth)):
+        return ""
+    return f"the force is exactly {plain(force[-1], 'N')} from {time[last]:.6g} s on, and the channel is dead."
+
+
 def baseline_step(time: np.ndarray, force: np.ndarray, quantum: float, stop: int | None = None) -> str:
-    """A sentence if the (n,) force steps, before the sample ``stop``, from the level where it begins to another, as
-    that of a sensor that is zeroed."""
+    """A sentence if the (n,) force has a ``first_step``."""
+    at, change = first_step(force, quantum, stop)
+    if not at:
+        return ""
+    return (
+        f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the baseline "
+        "changes, as if the sensor was zeroed while it recorded. Leave out what is before, with --first-row or "
+        "Recording.between, or record again."
+    )
+
+
+def first_step(force: np.ndarray, quantum: float, stop: int | None = None) -> tuple[int, float]:
+    """The sample before ``stop`` at which the (n,) force steps from the steady level where it begins to another, as
+    that of a sensor that is zeroed, and the change [N]; zeros without one."""
     min_step = max(STEP_QUANTA * quantum, STEP_SHARE * float(np.ptp(force)))
     force = force[:stop]
     size = min(MAX_LEVEL, len(force) // 4)
     if size < MIN_LEVEL:
-        return ""
+        return 0, 0.0
     level, spread, steps = core.median(force[:size]), float(force[:size].std()), np.abs(np.diff(force))
     largest = np.argpartition(steps, -min(STEPS_TRIED, len(steps)))[-STEPS_TRIED:] + 1
     for at in sorted(int(each) for each in largest if size <= each - STEP_GAP and each + STEP_GAP + size <= len(force)):
@@ -97,12 +125,8 @@ def baseline_step(time: np.ndarray, force: np.ndarray, quantum: float, stop: int
         if abs(change) <= max(min_step, STEP_SIGMA * spread, STEP_SIGMA * float(after.std())):
             continue
         if float(np.ptp(force[: at - STEP_GAP])) < 0.5 * abs(change):
-            return (
-                f"The force steps by {plain(change, 'N')} at {time[at]:.6g} s, from one steady level to another: the "
-                "baseline changes, as if the sensor was zeroed while it recorded. Leave out what is before, with "
-                "--first-row or Recording.between, or record again."
-            )
-    return ""
+            return at, change
+    return 0, 0.0
 
 
 def _negative(force: np.ndarray) -> str:
@@ -120,9 +144,14 @@ def _negative(force: np.ndarray) -> str:
 def doubtful(time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, quantum: float) -> list[str]:
     """Sentences on what is doubtful in (n,) time, depth and force of the insertion ``chosen``."""
     span = slice(chosen.cycle.start, chosen.cycle.withdrawal_start)
-    peak = float(np.ptp(force[span]))
-    found = [_jumps(depth), *_stops(time, depth, force, chosen, peak)]
-    found += [_clipped(depth[span], force[span], quantum, chosen.noise), _drift(depth, force, chosen, peak)]
+    peak, moved = float(np.ptp(force[span])), _zero_change(depth, force, chosen)
+    found = [_jumps(depth)]
+    if abs(moved) > max(NOTED_SIGMA * chosen.noise, NOTED_SHARE * peak, SMALLEST):
+        sentence, step = _changed_zero(time, depth, force, chosen, moved)
+        found += [f"Back at its first depth, the force differs by {plain(moved, 'N')}, {percent(abs(moved) / peak)} of "
+                  f"the range: {sentence}"]  # fmt: skip
+        force = force - step
+    found += [*_stops(time, depth, force, chosen, peak), _clipped(depth[span], force[span], quantum, chosen.noise)]
     return [each for each in found if each]
 
 
@@ -201,18 +230,57 @@ def _clipped(depth: np.ndarray, force: np.ndarray, quantum: float, noise: float)
     return f"{stands}: {SATURATED}"
 
 
-def _drift(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, peak: float) -> str:
-    """A note on a force that differs between the start of the insertion and the end of the withdrawal, at one depth.
-    Where the recording begins in contact, the two differ by the friction too."""
+def _zero_change(depth: np.ndarray, force: np.ndarray, chosen: CycleEvents) -> float:
+    """The force at the end of the withdrawal less that at the start of the insertion, at one depth; 0 where either is
+    not known."""
     cycle = chosen.cycle
     near = depth <= depth[cycle.start] + SAME_DEPTH_SHARE * float(np.ptp(depth))
     before = force[: cycle.stop][near[: cycle.stop]]
     after = force[cycle.withdrawal_start : cycle.end][near[cycle.withdrawal_start : cycle.end]]
     if not cycle.withdrawn or min(len(after), len(before)) < MIN_CLIPPED:
-        return ""
-    change = core.median(after) - core.median(before)
-    if abs(change) < max(NOTED_SIGMA * chosen.noise, NOTED_SHARE * peak):
-        return ""
-    share = f"{100.0 * abs(change) / peak:.0f} % of the range"
-    cause = "the sensor drifts" if chosen.baseline is not None else "the sensor drifts, or it begins in the tissue"
-    return f"Back at its first depth, the force differs by {change:.3g} N, {share}: {cause}."
+        return 0.0
+    return core.median(after) - core.median(before)
+
+
+def _changed_zero(
+    time: np.ndarray, depth: np.ndarray, force: np.ndarray, chosen: CycleEvents, moved: float
+) -> tuple[str, np.ndarray | float]:
+    """Why the zero has ``moved``, and the step (n,) of the zero if it is one. Where the recording begins in contact,
+    the two levels differ by the friction too."""
+    if dead := _dies(time, depth, force):
+        return dead, 0.0
+    at = _step_by(force, moved, max(chosen.noise, float(core.second_difference_noise(force))))
+    lowest = float(depth.max()) - SAME_DEPTH_SHARE * float(np.ptp(depth))
+    falls = at < chosen.cycle.stop or depth[at] > lowest  # in the insertion, or where the needle reverses
+    step = f"steps by as much at {time[at]:.6g} s, at a depth of {plain(depth[at], 'm')}"
+    if at and moved < 0.0 and falls:
+        return f"its zero {step}, or drifts: a puncture and a reversal look like that step.", 0.0
+    if at:
+        return f"its zero {step}.", np.where(np.arange(len(force)) < at, 0.0, moved)
+    return "the sensor drifts" + ", or it begins in the tissue" * (chosen.baseline is None) + ".", 0.0
+
+
+def _step_by(force: np.ndarray, size: float, noise: float) -> int:
+    """The sample from which (n,) force is another by ``size`` [N], all of it within a few samples; 0 without one.
+
+    Lines through the samples before and after a place, which describe them within the noise, differ there by the step,
+    within four of its standard errors: noise alone makes no such step, as the size is at least twice that. Nor does a
+    kink, at which the lines meet, as where the needle reverses.
+    """
+    for width, gap in STEP_WINDOWS:
+        count = len(force) - 2 * (width + gap) + 1
+        x, reach = np.arange(width) - 0.5 * (width - 1), 0.5 * (width - 1) + gap
+        error = noise * (2.0 / width + 2.0 * reach**2 / float(x @ x)) ** 0.5
+        if count < 1 or 2.0 * STEP_ERRORS * error > abs(size):
+            continue
+        part = np.lib.stride_tricks.sliding_window_view(force, width)
+        level, slope = part.mean(axis=1), part @ x / float(x @ x)
+        straight = np.abs(part - level[:, None] - slope[:, None] * x).max(axis=1) <= STEP_ERRORS * noise
+        step = (level - slope * reach)[-count:] - (level + slope * reach)[:count]
+        kink = (2 * gap + 1) * np.abs(slope[-count:] - slope[:count])
+        sudden = straight[-count:] & straight[:count] & (np.abs(step) > kink)
+        off = np.where(sudden, np.abs(step - size), np.inf)
+        if float(off.min()) <= STEP_ERRORS * error:
+            middle = int(off.argmin()) + width + gap
+            return middle - gap + int((np.sign(size) * np.diff(force[middle - gap - 1 : middle + gap + 1])).argmax())
+    return 0

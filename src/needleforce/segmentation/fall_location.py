@@ -75,6 +75,9 @@ def _extent(
     top = at - _downhill(-means[: at + 1][::-1], window, MIN_CONTINUED_SLOPE * slope)
     if means[top] - means[at] < PEAK_SIGMA * 2**0.5 * sd:  # the highest of a plateau before a sudden fall is noise
         top = at
+    gradual = _steep_length(means[top : bottom + 1]) > size + max(window // 2, 3)
+    if gradual:
+        top = _rounded_top(means[: bottom + 1], top, PEAK_SIGMA * sd)
     peak, earlier = (
         _line_end(force[max(begin + k - size + 1, 0) : begin + k + 1]) for k in (top, max(top - size // 2, 0))
     )
@@ -85,9 +88,7 @@ def _extent(
     growth = max(float(means[top] - means[low]) / max(top - low, 1), 0.0)  # the true peak lies between two samples
     plateau = np.flatnonzero(means[low : top + 1] < means[top] - 3.0 * sd)
     past = np.flatnonzero(force[edge + 1 : stop] < peak - 0.5 * drop)
-    course = means[top : bottom + 1]
-    early, late = (np.flatnonzero(course < peak - share * drop) for share in (0.1, 0.9))
-    rise = int(late[0] - early[0]) - size if len(early) and len(late) else 0
+    late = np.flatnonzero(means[top : bottom + 1] < peak - 0.9 * drop)
     spread = NORMAL_95 * 5**0.5 * sd  # the end of a line has twice the deviation of the mean
     return LocatedDrop(
         candidate=candidate,
@@ -99,8 +100,23 @@ def _extent(
         drop=drop,
         drop_low=drop - spread - 2.0 * sd,  # the lowest of several means is below their mean by about 2 sd
         drop_high=drop + spread + 2.0 * growth,
-        gradual=rise > max(window // 2, 3),
+        gradual=gradual,
     )
+
+
+def _steep_length(course: np.ndarray) -> int:
+    """Samples over which a falling (n,) course loses 10 to 90 % of its height."""
+    early, late = (np.flatnonzero(course < course[0] - share * (course[0] - course[-1])) for share in (0.1, 0.9))
+    return int(late[0] - early[0]) if len(early) and len(late) else 0
+
+
+def _rounded_top(course: np.ndarray, top: int, noise: float) -> int:
+    """The highest place of the (n,) course before its fall from ``top`` to the end, no farther from that than the fall
+    is long, nor beyond a dip below the ``noise``."""
+    before = max(2 * top - len(course) + 1, 0)
+    dips = np.flatnonzero(course[before:top] < course[top] - noise)
+    before += int(dips[-1]) + 1 if len(dips) else 0
+    return before + int(np.argmax(course[before : top + 1]))
 
 
 def lasting_share(drop: LocatedDrop, cut: Cut, depth: np.ndarray, window: int) -> float:

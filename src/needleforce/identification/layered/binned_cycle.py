@@ -17,6 +17,7 @@ COARSE, FINE = {"as_fitted": 125, "passive": 250, "yielding": 250}, 2000
 """Bins of a stroke: 0.2 mm of a stroke of 25 mm for the search, half of it in a passive form, whose tissue relaxes
 while it slips and so depends more on the step; and short enough in the final fit that the model has the same force
 along the samples."""
+BIN_ERROR = 0.005  # [of the peak] between the force along the bins of the search and along the samples
 HOLD_BINS = 24  # their edges are the squares of whole numbers, as relaxation is fastest at first
 DEFAULT_TIMES_S = (0.3, 3.0)  # [s] for recordings without a hold
 SPEED_AT_REST = 1e-4  # [m/s] as in the engine

@@ -2,6 +2,7 @@
 """Identification of a layered model from repeats, and its result: in addition to that of one layer the rupture depths,
 the uncertainty of the parameters, and the model for an insertion that was not recorded."""
 
+import itertools
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -52,8 +53,9 @@ from .uncertainty import Uncertainty, uncertainty_of
 MAX_LAYERS = 3
 
 
-Grown = dict[tuple[int, ...], list[Solved]]
-"""The fits with 1, 2, … layers in the form as fitted, from which the other forms start, by the recordings' ids."""
+Grown = dict[tuple[str, tuple[int, ...]], Iterator[Solved]]
+"""The fits with 1, 2, … layers, made when they are needed, by their form and the recordings' ids: the other forms start
+from that as fitted."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -75,6 +77,8 @@ class LayeredFit(Fit):
         Depth [m] of its surface in the recordings' zero.
     surface : float
         The same of ``model``, from which a ``contact_depth`` that is taken from one layer may differ.
+    held_out : tuple of numpy.ndarray
+        Force (n,) [N] along each recording with a fit, predicted by a fit to the others; empty with fewer than three.
     """
 
     settings: LayeredSettings
@@ -84,6 +88,7 @@ class LayeredFit(Fit):
     population: Model | None = None
     population_contact: float = 0.0
     surface: float = 0.0
+    held_out: tuple[np.ndarray, ...] = ()
 
     def _predicted(self, recording: Recording, events: Events | None) -> np.ndarray:
         """As of a ``Fit``: the mean force over the scatter of the rupture depths, which errs least.
@@ -162,21 +167,16 @@ def identify_layered(
     """The layered fit of segmented recordings; ``layers`` is their number, None selects it by the evidence.
 
     ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted. A
-    puncture is not needed: a withdrawal shows as much. Calls with the same recordings may share ``grown``. A stiffness
-    that is ``given`` needs ``layers``.
+    puncture is not needed: a withdrawal shows as much. Calls with the same recordings may share ``grown``. A
+    stiffness that is ``given`` needs ``layers``.
     """
     usable = [single for single in singles if single.events.contact is not None]
     if not any(single.events.punctures or single.events.spans(Phase.extraction) for single in usable):
         return _without_model(singles, name)
     pairs, form = [(single.recording, single.events) for single in usable], LAYERED[name]
-    fine, grown = binned_cycles(pairs, FINE), {} if grown is None else grown
-    if (key := tuple(map(id, usable))) not in grown:
-        work = grow(binned_cycles(pairs, COARSE["as_fitted"]), layers or MAX_LAYERS)
-        grown[key] = list(_watched(work, layers or MAX_LAYERS, progress, "layer by layer"))
-    solved = grown[key]
-    if form != "as_fitted":
-        work = made_passive(solved, form, binned_cycles(pairs, COARSE[form]))
-        solved = list(_watched(work, len(solved), progress, "in the passive form"))
+    fine, grown, count = binned_cycles(pairs, FINE), {} if grown is None else grown, layers or MAX_LAYERS
+    work = _searched(usable, form, count, grown)
+    solved = list(_watched(work, count, progress, "layer by layer"))
     tried, best = _evidence([with_known(solved[-1], given.stiffness)] if layers else solved, progress)
     work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
     ended, population = next(work), next(work)
@@ -203,7 +203,21 @@ def identify_layered(
         population=None if population is None else _model(population, None, given, usable)[0],
         population_contact=MM * float((population or ended).x[TOP]),
         surface=MM * float(ended.x[TOP]),
+        held_out=tuple(_held_out(*each) for each in zip(best.others, best.solved.problem.cycles, usable)),
     )
+
+
+def _searched(usable: list[SegmentedRecording], form: str, count: int, grown: Grown) -> Iterator[Solved]:
+    """The fits with 1, 2, … ``count`` layers in a form, of which ``grown`` keeps each."""
+    ids = tuple(map(id, usable))
+    if (form, ids) not in grown:
+        cycles = binned_cycles([(single.recording, single.events) for single in usable], COARSE[form])
+        if form == "as_fitted":
+            grown[form, ids] = grow(cycles, count)
+        else:
+            grown[form, ids] = made_passive(_searched(usable, "as_fitted", count, grown), count, form, cycles)
+    grown[form, ids], found = itertools.tee(grown[form, ids])
+    return found
 
 
 def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | None]:
@@ -211,6 +225,13 @@ def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | N
     ended = refined_with(solved, fine) if solved.problem.known else refined(solved, fine)
     yield ended
     yield population_fit(ended) if len(fine) > 1 else None
+
+
+def _held_out(others: Solved, cycle: BinnedCycle, single: SegmentedRecording) -> np.ndarray:
+    """Force (n,) [N] along a recording by the fit to the others; ``cycle`` has its speed."""
+    time, depth = single.recording.time, np.ascontiguousarray(single.recording.depth, float)
+    dt = np.diff(time, prepend=time[0] - 1.0 / single.recording.rate)
+    return others.problem.speed_factor(cycle, others.x) * expectation(others).force(depth, dt)
 
 
 def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -> Iterator:

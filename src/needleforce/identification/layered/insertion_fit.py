@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...errors import InputError
 from ...models.model import Insertion, Model
 from ..one_layer.segmented_recording import SegmentedRecording
 from ..replay import punctures_of_layers
 from ..statistics.noise import TWO_SIDED, Noise, noise_of
-from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples
+from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples, misfit_gain
 from .insertion_problem import POWER_LAW, SIZE, STEP_S, InsertionProblem, Scaled, problem_of
 from .parameters import prefix
 
@@ -72,6 +73,25 @@ def fit_insertion(single: SegmentedRecording, layers: int | None = None) -> Inse
         if not name.endswith(IN_ZERO):
             low[name] = max(low[name], 1.0 if name.endswith("rupture_exponent") else 0.0)
     return InsertionFit(problem=problem, x=x, values=values, low=low, high=high, random=half, noise=noise)
+
+
+def needed_layers(singles: list[SegmentedRecording], max_layers: int) -> int:
+    """How many of up to ``max_layers`` layers the insertions show: the layer with the smallest drop is left out, one
+    after another, as long as the evidence for it is not very strong. A false puncture gains no more than noise of the
+    same correlation lets its parameters gain; a rupture that is only not sharp is no second layer."""
+    return next((count for count in range(max_layers, 1, -1) if _gain(singles, count) > VERY_STRONG_BIC), 1)
+
+
+def _gain(singles: list[SegmentedRecording], layers: int) -> float:
+    """By how much the BIC of so many layers is lower than that of one layer less, correlated samples counted as one."""
+    found = []
+    for single in (each for each in singles if len(each.events.punctures) >= layers and each.events.contact):
+        try:
+            more, fewer = (_solved(problem_of(single, count))[1] for count in (layers, layers - 1))
+        except InputError:
+            continue
+        found.append(misfit_gain(more, fewer) - SIZE * math.log(independent_samples([more, fewer])))
+    return sum(found) if found else -math.inf
 
 
 def _other_answers(problem: InsertionProblem, x: np.ndarray, noise: Noise) -> Iterator[dict[str, float]]:

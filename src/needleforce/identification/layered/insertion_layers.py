@@ -24,8 +24,8 @@ from ..models import GRADUAL_LAYERS, run_model
 from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
 from ..result import Fit
-from .insertion_fit import InsertionFit, fit_insertion
-from .insertion_problem import stacked
+from .insertion_fit import InsertionFit, fit_insertion, needed_layers
+from .insertion_problem import MAX_LAYERS, stacked
 from .parameters import prefix
 
 MAX_PEAK_ERROR = 0.05  # [of a measured peak] a larger error of the model is noted
@@ -46,11 +46,11 @@ UNKNOWN = (
 
 
 def identify_insertion_layers(singles: list[SegmentedRecording], given: FitInputs, layers: int | None) -> Fit:
-    """The fit of ``layers`` that rupture one after another, by default as many as most recordings have punctures. A
-    recording with fewer keeps its status and a note."""
-    if layers is None:
-        counts = [len(each.events.punctures) for each in singles if each.events.punctures]
-        layers = statistics.mode(sorted(counts)) if counts else None
+    """The fit of ``layers`` that rupture one after another, by default as many as most recordings have punctures and
+    all together need. A recording with fewer keeps its status and a note."""
+    counts = sorted(len(each.events.punctures) for each in singles if each.events.punctures)
+    if layers is None and counts:
+        layers = needed_layers(singles, min(statistics.mode(counts), MAX_LAYERS))
     own = {single: _fitted(single, layers) for single in singles}
     recordings = tuple(_recording(single, found, given) for single, found in own.items())
     parameters = pool([each.parameters for each in recordings if each.parameters])

@@ -24,7 +24,7 @@ from .binned_cycle import without_outliers
 from .known_stiffness import disagreements
 from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MIN_INDENTATION_M, MM, NO_RELAXATION, NO_SATURATION, LayerRow, prefix
-from .search import Solved
+from .search import MAX_OVER_NOISE, Solved
 from .uncertainty import absent
 
 NAMES = {form: name for name, form in LAYERED.items()}
@@ -37,9 +37,7 @@ MIN_SHARE = 1e-9  # [1] a smaller relaxing share is none
 NO_SATURATION_SHARE = 0.99  # [of the largest saturation depth] beyond, the contact does not saturate
 SCAN_STEP_MM = 0.02  # [mm] of the interval of a rupture
 SCAN_RANGE_MM = 1.5  # [mm] on each side
-MAX_OVER_NOISE, NUMERICAL = 1.1, 2.5e-4
-"""Residual over a well-known noise, beyond which it is more than noise: right fits of three layers stay below 1.03. And
-what the bins of the fit leave, of the peak."""
+NUMERICAL = 2.5e-4  # [of the peak] what the bins of the fit leave
 NOT_IN_TABLE = "Nothing in these recordings determines {}: not in the table of parameters."
 MAX_RESIDUAL_RATIO = 2.0  # over the median residual
 MAX_RESIDUAL = 0.1  # [of the peak] repeats of one specimen differ by less

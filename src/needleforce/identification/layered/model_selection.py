@@ -1,13 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Selection of the number of layers and of the mechanisms that the recordings support."""
+"""Selection of the number of layers and of the mechanisms that the recordings support, and the comparison of layers
+with one layer over insertion and withdrawal."""
 
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..one_layer.segmented_recording import SegmentedRecording
+from ..recording_fit import RecordingFit
+from ..result import Fit
 from ..statistics.noise import noise_of
-from ..statistics.regression import VERY_STRONG_BIC, bic_gain, criterion, independent_samples
-from .binned_cycle import BinnedCycle
+from ..statistics.regression import VERY_STRONG_BIC, bic_gain, criterion, independent_samples, misfit_gain
+from .binned_cycle import BIN_ERROR, BinnedCycle
 from .parameters import (
     NO_RELAXATION,
     NO_SATURATION,
@@ -20,13 +25,16 @@ from .parameters import (
 )
 from .prediction import expectation
 from .problem import REFUSED_RESIDUAL
-from .search import Solved, again, with_saturation
+from .search import Solved, again, at_runs, with_saturation
+
+if TYPE_CHECKING:
+    from .identify import LayeredFit
 
 MAX_ERROR_RATIO = 1.02  # over the smallest error: a smaller difference matters to nobody
-BIN_ERROR = 0.005  # [of the peak] between the force along the bins of the search and along the samples
 MIN_HOLD_BINS, MAX_T = 6, 3.6  # Student's quantile of 0.1 % with 20 degrees of freedom
 HELD_OUT_STEPS = 25  # of the fit to the other repeats, which starts at the fit to all
 MIN_REPEATS = 3  # for a selection by held-out repeats, and for a scatter between repeats
+MIN_LINE = 10  # samples of a stroke, for a line of its own
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -34,7 +42,8 @@ class Candidate:
     """One choice of layers and mechanisms: number of fitted ``parameters``, ``residual`` rms over the peak.
 
     ``bic`` is Schwarz's criterion over the complete cycles, correlated samples counted as one; ``held_out`` the rms
-    error over the peak on each repeat (n,) predicted from the others, empty with fewer than three.
+    error over the peak on each repeat (n,) predicted from the ``others``, the fits without it; empty with fewer than
+    three.
     """
 
     name: str
@@ -43,6 +52,7 @@ class Candidate:
     residual: float
     bic: float
     held_out: np.ndarray
+    others: tuple[Solved, ...]
 
     @property
     def error(self) -> float:
@@ -53,8 +63,8 @@ class Candidate:
 def candidate(name: str, solved: Solved) -> Candidate:
     """Number of parameters, residual and prediction errors of one fit; ``with_bic`` adds the BIC."""
     count = len(solved.problem.cycles)
-    runs = range(count) if count >= MIN_REPEATS else ()
-    errors = [prediction_error(without_run(solved, run), solved.problem.cycles[run]) for run in runs]
+    others = tuple(without_run(solved, run) for run in range(count)) if count >= MIN_REPEATS else ()
+    errors = [prediction_error(other, cycle) for other, cycle in zip(others, solved.problem.cycles)]
     return Candidate(
         name=name,
         solved=solved,
@@ -62,21 +72,17 @@ def candidate(name: str, solved: Solved) -> Candidate:
         residual=solved.residual,
         bic=float("nan"),
         held_out=np.array(errors),
+        others=others,
     )
 
 
 def without_run(solved: Solved, run: int) -> Solved:
     """The fit to the other repeats, started at the fit to all."""
     unknowns, cycles = solved.problem.unknowns, solved.problem.cycles
-    punctures = np.delete(unknowns.punctures(solved.x), run, axis=0).ravel()
-    x = np.concatenate([solved.x[: unknowns.shared], punctures])
-    problem = replace(solved.problem, cycles=cycles[:run] + cycles[run + 1 :], unknowns=one_run_less(unknowns))
-    return Solved(problem, *problem.solve(x, HELD_OUT_STEPS))
-
-
-def one_run_less(unknowns: LayeredParameters) -> LayeredParameters:
-    """The layout with one run less."""
-    return replace(unknowns, runs=unknowns.runs - 1)
+    others = [k for k in range(len(cycles)) if k != run]
+    less = replace(unknowns, runs=len(others))
+    problem = replace(solved.problem, cycles=tuple(cycles[k] for k in others), unknowns=less)
+    return Solved(problem, *problem.solve(at_runs(solved, others), HELD_OUT_STEPS))
 
 
 def prediction_error(solved: Solved, cycle: BinnedCycle) -> float:
@@ -126,10 +132,13 @@ def as_good(one: Candidate, best: Candidate) -> bool:
     """
     if not (len(one.held_out) and len(best.held_out)):
         return bool(one.bic - best.bic < VERY_STRONG_BIC)
-    ratio = np.log(np.hypot(one.held_out, BIN_ERROR) / np.hypot(best.held_out, BIN_ERROR))
-    if ratio.mean() <= np.log(MAX_ERROR_RATIO):
-        return True
-    return bool(ratio.mean() <= ratio.std(ddof=1) / np.sqrt(len(ratio)))
+    return predicts_as_well(one.held_out, best.held_out)
+
+
+def predicts_as_well(one: np.ndarray, best: np.ndarray) -> bool:
+    """The same of errors on held-out repeats (n,) over the peak."""
+    ratio = np.log(np.hypot(one, BIN_ERROR) / np.hypot(best, BIN_ERROR))
+    return bool(ratio.mean() <= max(np.log(MAX_ERROR_RATIO), ratio.std(ddof=1) / np.sqrt(len(ratio))))
 
 
 def _merit(each: Candidate) -> float:
@@ -185,3 +194,127 @@ def without(solved: Solved, values: dict[int, float]) -> Solved:
         x = with_saturation(unknowns, x, k // PER_LAYER, NO_SATURATION)
     x[list(values)] = list(values.values())
     return again(solved, x, unknowns=replace(unknowns, held=unknowns.held | frozenset(map(int, values))))
+
+
+@dataclass(frozen=True, kw_only=True)
+class StrokeEvidence:
+    """Errors of one layer and of the layered model over insertion and withdrawal, rms over the peak, whether they are
+    those on ``held_out`` repeats, and whether they are evidence ``for_layers``."""
+
+    one_layer: float
+    layered: float
+    held_out: bool
+    for_layers: bool
+
+    def sentence(self, law: str, layers: int) -> str:
+        """The comparison of one layer of a ``law`` with so many ``layers``, in words."""
+        error = "error on held-out repeats" if self.held_out else "residual"
+        compared = (
+            f"Compared with one layer ({law}), over insertion and withdrawal its {error} is {100 * self.one_layer:.2g} "
+            f"% of the peak and that of layers {100 * self.layered:.2g} %: "
+        )
+        if self.for_layers:
+            return f"{compared}the layered law describes these recordings better."
+        deeper = " The deeper layers are none of the tissue: none is identified." if layers > 1 else ""
+        return f"{compared}one layer describes these recordings as well or better. Give model='{law}'.{deeper}"
+
+
+def stroke_evidence(one: Fit, layered: "LayeredFit", singles: list[SegmentedRecording]) -> StrokeEvidence | None:
+    """The evidence of the recordings that both models describe, over the strokes that both describe; None without one.
+
+    A force that relaxes at rest is no evidence for layers, and so the hold is left out. Layers have a friction of their
+    own in each direction, a surface from which it counts, and no cutting force; one layer is given a line in each
+    stroke. Layers are needed where a typical recording alone shows it, on very strong evidence, correlated samples
+    counted as one, and, with three repeats or more, where they predict held-out ones better.
+    """
+    pairs = zip(one.recordings, layered.recordings, singles)
+    both = [_Compared.made(*each) for each in pairs if len(each[0].residuals) and len(each[1].residuals)]
+    if not both:
+        return None
+    shown = float(np.mean([each.gain(len(layered.parameters)) for each in both])) > VERY_STRONG_BIC
+    errors, predicted = [each.residuals for each in both], len(layered.held_out) == len(both) >= MIN_REPEATS
+    if predicted:
+        errors = [each.held_out([*both[:k], *both[k + 1 :]], layered.held_out[k]) for k, each in enumerate(both)]
+    ours, theirs = np.array(errors).T
+    needed = shown and not (predicted and predicts_as_well(ours, theirs))
+    first, second = (float(np.exp(np.log(each).mean())) for each in (ours, theirs))
+    return StrokeEvidence(one_layer=first, layered=second, held_out=predicted, for_layers=needed)
+
+
+class _Stroke(NamedTuple):
+    """Depth (m,) [m] of a stroke, and the forces [N] without the zero: measured, as each model has its zero, of one
+    layer with a line behind its puncture, and of the layered model; ``samples`` are its numbers in the recording."""
+
+    samples: np.ndarray
+    depth: np.ndarray
+    measured: tuple[np.ndarray, np.ndarray]
+    modelled: tuple[np.ndarray, np.ndarray]
+
+    @property
+    def left(self) -> tuple[np.ndarray, np.ndarray]:
+        """What each model leaves."""
+        return self.measured[0] - self.modelled[0], self.measured[1] - self.modelled[1]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class _Compared:
+    """The strokes of one recording under both models, its peak [N], and how many more parameters the layered model has
+    for it alone."""
+
+    strokes: tuple[_Stroke, ...]
+    peak: float
+    more: int
+
+    @staticmethod
+    def made(one: RecordingFit, layered: RecordingFit, single: SegmentedRecording) -> "_Compared":
+        """From the two fits of a recording."""
+        own, force, drift = single.strokes, single.recording.force, single.drift.at(single.recording)
+        ends = (own.index_in, own.depth_in, "puncture_depth"), (own.index_out, own.depth_out, "contact_depth")
+        strokes = []
+        for samples, depth, end in ends:
+            if not len(samples):
+                continue
+            zeros = [each.parameters["force_offset"].value + drift[samples] for each in (one, layered)]
+            straight, behind = one.predicted[samples].copy(), depth > one.parameters[end].value
+            if np.count_nonzero(behind) >= MIN_LINE:
+                left, z = (force[samples] - straight)[behind], depth[behind]
+                straight[behind] += np.polyval(np.polyfit(z, left, 1), z)
+            measured = force[samples] - zeros[0], force[samples] - zeros[1]
+            modelled = straight - zeros[0], layered.predicted[samples] - zeros[1]
+            strokes.append(_Stroke(samples, depth, measured, modelled))
+        more = len(layered.parameters) - len(one.parameters) - 2 * len(strokes)
+        return _Compared(strokes=tuple(strokes), peak=float(force.max()), more=more)
+
+    def gain(self, shared: int) -> float:
+        """By how much the BIC of the layered model is lower, with its ``shared`` parameters."""
+        noises = [[noise_of(left, len(left)) for left in each.left] for each in self.strokes]
+        samples = sum(independent_samples(each) for each in noises)
+        return sum(misfit_gain(two, one) for one, two in noises) - (shared + self.more) * float(np.log(samples))
+
+    @property
+    def residuals(self) -> tuple[float, float]:
+        """Rms over the peak of what each model leaves."""
+        return self._rms([each.left for each in self.strokes])
+
+    def held_out(self, others: list["_Compared"], layered: np.ndarray) -> tuple[float, float]:
+        """Rms errors over the peak: of the mean of the ``others``' one layer at the same depth, and of the ``layered``
+        force (n,) [N] that is predicted from them."""
+        left = []
+        for k, stroke in enumerate(self.strokes):
+            found = [other.strokes[k] for other in others if len(other.strokes) > k]
+            known = stroke.depth <= min((float(each.depth.max()) for each in found), default=-np.inf)
+            if known.any():
+                mean = np.mean([_at(stroke.depth[known], each.depth, each.modelled[0]) for each in found], axis=0)
+                ours = stroke.measured[0][known] - mean
+                left.append((ours, (stroke.measured[1] - layered[stroke.samples])[known]))
+        return self._rms(left)
+
+    def _rms(self, left: list) -> tuple[float, float]:
+        one, layered = (np.concatenate(each) / self.peak for each in zip(*left))
+        return float(np.sqrt(np.mean(one**2))), float(np.sqrt(np.mean(layered**2)))
+
+
+def _at(depth: np.ndarray, places: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """A force (m,) at ``places`` (m,) interpolated at a ``depth`` (n,)."""
+    order = np.argsort(places, kind="stable")
+    return np.interp(depth, places[order], force[order])

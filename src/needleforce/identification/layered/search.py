@@ -2,6 +2,7 @@
 """The search layer by layer over starting values, which are derived from the events, not given by the user."""
 
 import itertools
+import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -9,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .binned_cycle import BinnedCycle, relaxation_times
+from .binned_cycle import BIN_ERROR, BinnedCycle, relaxation_times
 from .parameters import (
     COEFFICIENT,
     FRICTION_RATIO,
@@ -17,6 +18,7 @@ from .parameters import (
     NO_SATURATION,
     PER_LAYER,
     RESTING_SURFACE,
+    RUPTURE_LENGTH,
     SATURATION,
     TISSUE_STIFFNESS,
     TOP,
@@ -28,7 +30,11 @@ from .starts import first_starts, grown_starts, typical_starts
 
 SCREENING_STEPS, FINAL_STEPS = 15, 100  # of the descent from every start, and from the finalists
 N_FINALISTS = 3  # best starts after the screening
-N_REPLACED, MIN_GAIN = 3, 1e-3  # how often other mechanisms are tried, and the gain of cost that one of them needs
+N_REPLACED, MIN_GAIN = 5, 1e-3  # how often other mechanisms are tried, and the gain of cost that one of them needs
+ASIDE = {TOP: 2.0, FRICTION_RATIO: 1.5, TISSUE_STIFFNESS: 0.6, RUPTURE_LENGTH: 2.0, RESTING_SURFACE: 3.0}
+"""How far each value of a layer is moved to leave a shallow minimum, in the unit of x."""
+MAX_OVER_NOISE = 1.1
+"""Residual over a well-known noise, beyond which it is more than noise: right fits of three layers stay below 1.03."""
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
 MIN_SPEED_RATIO = 1.3  # between repeats, to identify the dependence of forces on speed
 SATURATION_SHARES = (0.4, 0.75)  # [of the indentation at the rupture] other saturation depths
@@ -48,10 +54,18 @@ class Solved:
         """Rms over the runs of the residual over the peak."""
         return float(np.sqrt(2.0 * self.cost / len(self.problem.cycles)))
 
+    @property
+    def explained(self) -> bool:
+        """Whether it leaves no more than the noise of the free travel and the error of the bins: one layer more is a
+        small change then, and no other fit with it is better."""
+        noises = [cycle.zero.noise.long_run * len(cycle.force) / cycle.count.sum() for cycle in self.problem.cycles]
+        left = np.mean(noises) / self.problem.cycles[0].scale ** 2
+        return self.residual**2 <= MAX_OVER_NOISE**2 * left + BIN_ERROR**2
+
 
 def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitted") -> Iterator[Solved]:
     """Fits with 1, 2, … ``max_layers`` layers in a form, each without a warm start and from the fit with one layer
-    less."""
+    less; from that alone where it leaves nothing to explain."""
     speeds, before = [cycle.speed for cycle in cycles], None
     typical = float(np.exp(np.mean(np.log(speeds))))
     times = relaxation_times(cycles)
@@ -61,12 +75,21 @@ def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitte
         held |= set() if any((cycle.stroke == 2).any() for cycle in cycles) else {unknowns.withdrawal}
         unknowns = replace(unknowns, held=frozenset(held))
         problem = Problem(cycles=cycles, unknowns=unknowns, form=form, speed=typical)
-        starts = list(first_starts(problem, on_all_cores))
-        starts += list(_symmetric(problem, typical_starts(cycles, unknowns))) if layers < 3 else []
-        if before is not None:
-            starts += grown_starts(cycles, before.problem.unknowns, before.x)
-        before = best(problem, starts)
+        if before is not None and before.explained:
+            before = _one_layer_more(before)
+        else:
+            starts = list(first_starts(problem, on_all_cores))
+            starts += list(_symmetric(problem, typical_starts(cycles, unknowns))) if layers < 3 else []
+            starts += [] if before is None else grown_starts(cycles, before.problem.unknowns, before.x)
+            before = best(problem, starts)
         yield before
+
+
+def _one_layer_more(solved: Solved) -> Solved:
+    """The fit with one layer more, from this one alone."""
+    problem, fewer = solved.problem, solved.problem.unknowns
+    unknowns = replace(fewer, layers=fewer.layers + 1, held=frozenset(k + PER_LAYER for k in fewer.held))
+    return best(replace(problem, unknowns=unknowns), grown_starts(problem.cycles, fewer, solved.x))
 
 
 def _symmetric(problem: Problem, starts: Iterable[np.ndarray]) -> Iterator[np.ndarray]:
@@ -77,11 +100,21 @@ def _symmetric(problem: Problem, starts: Iterable[np.ndarray]) -> Iterator[np.nd
     yield from (x for x, _ in on_all_cores(lambda x: held.solve(x, 10), starts))
 
 
-def on_all_cores(work: Callable, items: Iterable) -> Iterator:
-    """The work on each of the items, in their order, shared by the processor's cores; searches leave Python meanwhile,
-    and their results do not depend on the sharing."""
-    with ThreadPoolExecutor() as pool:
-        yield from pool.map(work, items)
+def on_all_cores(work: Callable, items: Iterable) -> list:
+    """The work on each of the items, in their order, a share of them on each of the processor's cores; searches leave
+    Python meanwhile, and their results do not depend on the sharing."""
+    items, cores = list(items), os.cpu_count() or 1
+    found: list = [None] * len(items)
+
+    def share(first: int) -> None:
+        found[first::cores] = list(map(work, items[first::cores]))
+
+    if cores > 1 and len(items) > 1:
+        with ThreadPoolExecutor(cores) as pool:
+            list(pool.map(share, range(cores)))
+    else:
+        found = list(map(work, items))
+    return found
 
 
 def _cost(found: tuple[np.ndarray, float]) -> float:
@@ -107,7 +140,8 @@ def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
 def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np.ndarray]:
     """Vectors that a descent does not reach: with the springs of two layers exchanged or equal, whose forces add up
     below both ruptures, so that only the strokes above the deeper one distinguish them; and with a contact that
-    saturates elsewhere on the way to the rupture of one of the layers, or not at all."""
+    saturates elsewhere on the way to the rupture of one of the layers, or not at all; and with one value of a layer
+    moved, as the rupture of a gradual layer changes all of its values together."""
     for upper, lower in itertools.combinations(range(unknowns.layers), 2):
         yield with_exchanged_springs(unknowns, x, upper, lower)
         yield _with_equal_springs(unknowns, x, upper, lower)
@@ -115,6 +149,17 @@ def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np
         reached = indentations(unknowns, x)[layer]
         for depth in (NO_SATURATION, *np.log(reached * np.array(SATURATION_SHARES))):
             yield with_saturation(unknowns, x, layer, depth)
+        for place, size in ASIDE.items():
+            yield from (_moved_aside(x, PER_LAYER * layer, place, move) for move in (size, -size))
+
+
+def _moved_aside(x: np.ndarray, first: int, place: int, move: float) -> np.ndarray:
+    """The vector with one value of a layer moved; the friction stays where its spring moves."""
+    x = x.copy()
+    x[first + place] += move
+    if place == TISSUE_STIFFNESS:
+        x[first + FRICTION_RATIO] -= move
+    return x
 
 
 def with_exchanged_springs(unknowns: LayeredParameters, x: np.ndarray, one: int, other: int) -> np.ndarray:
@@ -167,6 +212,12 @@ def refined(solved: Solved, cycles: tuple[BinnedCycle, ...]) -> Solved:
     return again(solved, solved.x, cycles=cycles)
 
 
+def at_runs(solved: Solved, runs: list[int]) -> np.ndarray:
+    """The vector of a fit for some of its ``runs`` alone."""
+    unknowns = solved.problem.unknowns
+    return np.concatenate([solved.x[: unknowns.shared], unknowns.punctures(solved.x)[runs].ravel()])
+
+
 def population_fit(solved: Solved) -> Solved:
     """The fit with one puncture depth for all runs: the rupture depth of a new insertion is unknown, and a rupture that
     extends over the scatter between repeats predicts its force better than a sharp one at the mean depth."""
@@ -178,10 +229,10 @@ def population_fit(solved: Solved) -> Solved:
 
 
 def made_passive(
-    solved: Iterable[Solved], form: str = "passive", cycles: tuple[BinnedCycle, ...] | None = None
+    solved: Iterable[Solved], layers: int, form: str = "passive", cycles: tuple[BinnedCycle, ...] | None = None
 ) -> Iterator[Solved]:
-    """Fits with 1, 2, … layers in a passive form, to ``cycles`` if given, started at those in the form as fitted and,
-    as those, without."""
+    """Fits with 1, 2, … ``layers`` layers in a passive form, to ``cycles`` if given, started at those in the form as
+    fitted and, as those, without; from one layer less alone where that leaves nothing to explain."""
     upwards: list[Solved] = []
     for fitted in solved:
         problem = replace(fitted.problem, form=form, cycles=cycles or fitted.problem.cycles)
@@ -192,6 +243,10 @@ def made_passive(
             # without this start, one layer more might fit worse in this form
             starts += grown_starts(problem.cycles, upwards[-1].problem.unknowns, upwards[-1].x)
         upwards.append(best(problem, starts))
+        if upwards[-1].explained:
+            break
+    while len(upwards) < layers:
+        upwards.append(_one_layer_more(upwards[-1]))
     yield from _downwards(upwards)
 
 
@@ -199,7 +254,7 @@ def _downwards(upwards: list[Solved]) -> Iterator[Solved]:
     """The fits with 1, 2, … layers, or those that one layer more without one of its layers leads to, if better."""
     kept = upwards[-1:]
     for fewer in reversed(upwards[:-1]):
-        found = best(fewer.problem, _without_a_layer(kept[0]))
+        found = fewer if fewer.explained else best(fewer.problem, _without_a_layer(kept[0]))
         less, more = min(found, fewer, key=lambda each: each.cost), kept[0]
         if less.cost < more.cost:  # the fit with one layer more has missed this one
             starts = grown_starts(more.problem.cycles, less.problem.unknowns, less.x)

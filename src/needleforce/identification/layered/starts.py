@@ -105,14 +105,9 @@ def _by_depth(cycles: tuple[BinnedCycle, ...], runs: list[list[tuple[float, floa
     """Places that runs have in common, by depth [mm] and size in each run: depths (runs,) [mm] of each, with the median
     for a run without it, the largest first by the sum over the runs."""
     contact = float(np.median([cycle.contact for cycle in cycles])) / MM
-    groups: list[list] = []
-    for place in sorted((depth, run, size) for run, own in enumerate(runs) for depth, size in own):
-        last = groups[-1] if groups else []
-        reach = max(MIN_DISTANCE_MM, SCATTER * (place[0] - contact))
-        if last and place[0] - last[-1][0] < reach and place[1] not in [run for _, run, _ in last]:
-            last.append(place)
-        else:
-            groups.append([place])
+    groups = [[place] for place in sorted((depth, run, size) for run, own in enumerate(runs) for depth, size in own)]
+    while (nearest := _nearest(groups, contact)) is not None:
+        groups[nearest] += groups.pop(nearest + 1)
     found = []
     for group in sorted(groups, key=lambda group: -sum(size for *_, size in group)):
         own = np.full(len(runs), np.median([depth for depth, *_ in group]))
@@ -120,6 +115,17 @@ def _by_depth(cycles: tuple[BinnedCycle, ...], runs: list[list[tuple[float, floa
             own[run] = depth
         found.append(own)
     return found
+
+
+def _nearest(groups: list[list], contact: float) -> int | None:
+    """The group of places of different runs that is nearest to the one below it, if both may be the same rupture."""
+    found = []
+    for k, (upper, lower) in enumerate(itertools.pairwise(groups)):
+        span = lower[-1][0] - upper[0][0]
+        reach = max(MIN_DISTANCE_MM, SCATTER * (upper[0][0] - contact))
+        if span < reach and not {run for _, run, _ in upper} & {run for _, run, _ in lower}:
+            found.append((span, k))
+    return min(found)[1] if found else None
 
 
 def _falls_of_slope(cycle: BinnedCycle) -> list[tuple[float, float]]:

@@ -219,7 +219,7 @@ def _slopes(single: SegmentedRecording, fit: CycleFit) -> dict[str, float]:
     if 0.0 < variance < math.inf:
         across = np.where(np.isfinite(fit.covariance[place]), fit.covariance[place], 0.0) / variance
         found |= dict(zip(fit.order, across.tolist()))
-    parts = strokes_below(fit, single.strokes)
+    parts = strokes_below(fit, single)
     if parts and parts[0].inwards:
         design = np.concatenate([part.design for part in parts])
         lever = -fit.values["friction_per_length"] * np.sign(design[:, 0])

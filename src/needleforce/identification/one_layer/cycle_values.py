@@ -2,7 +2,7 @@
 """The fit of one cycle as values: parameters with intervals, samples of the puncture, residuals; and its estimates."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -85,7 +85,9 @@ class FittedValues:
     intervals; see ``model_errors``."""
     strokes_alone: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     """By each stroke, how far the values move if it alone decides on friction, also where that is within the noise of
-    one recording."""
+    one recording; so too by the ``bends`` of strokes."""
+    bends: Mapping[str, float] = field(default_factory=dict)
+    """By each bend of strokes, its size in standard errors."""
 
 
 def limits(values: Mapping[str, float], half: Mapping[str, float]) -> tuple[dict[str, float], dict[str, float]]:
@@ -207,6 +209,25 @@ def _is_identifiable(name: str, fit: CycleFit) -> bool:
     return is_meaningful(name, fit.low[name], fit.high[name], **scales)
 
 
+def cycle_jacobian(
+    x: Mapping[str, float], strokes: Sequence[np.ndarray], before: int, order: Sequence[str]
+) -> np.ndarray:
+    """Derivatives (p, n_in + n_out) of the force of both ``strokes`` by the parameters in ``order`` at their values
+    ``x``; so many samples lie ``before`` the puncture."""
+    depth_in, _, depth_out, _ = strokes
+    h, out = depth_in - x["contact_depth"], depth_out - x["contact_depth"]
+    slopes, cut = CURVES["cone_cylinder"].gradient(h, x), np.arange(len(h)) >= before
+    none, friction = np.zeros_like(h), x["friction_per_length"]
+    slopes |= {"friction_per_length": none, "cutting_force": none, "force_offset": np.ones_like(h)}
+    after = {"friction_per_length": h, "contact_depth": none - friction, "cutting_force": none + 1.0}
+    slopes = {
+        name: np.where(cut, after.get(name, float(name == "force_offset")), each) for name, each in slopes.items()
+    }
+    back = {"friction_per_length": -np.maximum(out, 0.0), "contact_depth": friction * (out > 0.0)}
+    back["force_offset"] = np.ones_like(out)
+    return np.array([np.concatenate([slopes[name], back.get(name, np.zeros_like(out))]) for name in order])
+
+
 class CycleEstimates:
     """Noise, covariance, estimates and warnings from the result of the core, for a CycleFit."""
 
@@ -223,28 +244,13 @@ class CycleEstimates:
         self.noises = self._noises([0.0 if math.isnan(each) else each for each in lost])
         self.covariance = sandwich(bread, grams, self.noises)
         if options.drift is not None:
-            change = options.drift.change(bread, self._jacobian())
+            change = options.drift.change(bread, cycle_jacobian(self.x, strokes, self.before, self.order))
             self.covariance = self.covariance + np.outer(change, change)
         sse, count = (self.noises[0][k] + self.noises[1][k] for k in (0, 1))
         self.variance = sse / count
         self.depth = strokes[0].copy()  # in which a jump is no travel
         if options.jumps:
             self.depth[self.before] = self.depth[self.before - 1] + float(np.median(np.diff(self.depth)))
-
-    def _jacobian(self) -> np.ndarray:
-        """Derivatives (p, n_in + n_out) of the force of both strokes by the parameters in ``order``."""
-        x, (depth_in, _, depth_out, _) = self.x, self.strokes
-        h, out = depth_in - x["contact_depth"], depth_out - x["contact_depth"]
-        slopes, cut = CURVES["cone_cylinder"].gradient(h, x), np.arange(len(h)) >= self.before
-        none, friction = np.zeros_like(h), x["friction_per_length"]
-        slopes |= {"friction_per_length": none, "cutting_force": none, "force_offset": np.ones_like(h)}
-        after = {"friction_per_length": h, "contact_depth": none - friction, "cutting_force": none + 1.0}
-        slopes = {
-            name: np.where(cut, after.get(name, float(name == "force_offset")), each) for name, each in slopes.items()
-        }
-        back = {"friction_per_length": -np.maximum(out, 0.0), "contact_depth": friction * (out > 0.0)}
-        back["force_offset"] = np.ones_like(out)
-        return np.array([np.concatenate([slopes[name], back.get(name, np.zeros_like(out))]) for name in self.order])
 
     def _noises(self, lost: list[float]) -> list[Noise]:
         """Noise of each stroke; ``lost`` are the effective numbers of parameters estimated from each, tr(B G)."""

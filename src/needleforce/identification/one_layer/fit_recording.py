@@ -76,7 +76,7 @@ def _with_misfit(single: SegmentedRecording, fit: CycleFit, loading: Deformation
     names, is no such misfit."""
     if len(single.events.punctures) > 1:
         return fit, loading, notes
-    fit, sentences = with_misfit_below(fit, single.strokes, single.recording.card.filter_length)
+    fit, sentences = with_misfit_below(fit, single)
     return fit, loading, [*notes, *sentences]
 
 

@@ -81,34 +81,40 @@ def drift_of(recording: Recording, before: np.ndarray, after: np.ndarray) -> Dri
     if not parts:
         return Drift()
     lines = [_line(recording, parts, over) for over in (("time", "depth") if len(parts) == 2 else ("time",))]
-    drift, fit, line = min(lines, key=lambda line: line[2].squares)
+    over, origin, fit = min(lines, key=lambda line: line[2].squares([0, 1]))
+    slope = fit.coefficient([0, 1])
     if len(parts) == 2 and fit.coefficient([0, 1, 2]).is_significant:
         first, last = (float(recording.force[part].mean()) for part in parts)
         return Drift(uncertain_by=abs(last - first) / math.sqrt(12.0), note=STEP.format(before=first, after=last))
-    return drift if line.is_significant else Drift()
+    if not slope.is_significant:
+        return Drift()
+    note = DRIFT[over].format(slope.value)
+    return Drift(slope=slope.value, error=slope.error, origin=origin, over=over, note=note)
 
 
-def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[Drift, "LineFit", "Coefficient"]:
-    """The line over time or depth through the free samples, its sums of products and its slope."""
+def _line(recording: Recording, parts: list[np.ndarray], over: str) -> tuple[str, float, "LineFit"]:
+    """The line over time or depth through the free samples: over which, from where, and its sums of products."""
     samples = np.concatenate(parts)
     x, force = getattr(recording, over)[samples], recording.force[samples]
     origin = float(x.mean())
     later = samples >= parts[-1][0] if len(parts) == 2 else np.zeros(len(samples))
-    fit = LineFit.of(np.array([np.ones_like(x), x - origin, later, force]), parts)
-    slope = fit.coefficient([0, 1])
-    note = DRIFT[over].format(slope.value)
-    return Drift(slope=slope.value, error=slope.error, origin=origin, over=over, note=note), fit, slope
+    return over, origin, LineFit.of(np.array([np.ones_like(x), x - origin, later, force]), parts)
+
+
+def slope_without_contact(place: np.ndarray, force: np.ndarray) -> "Coefficient":
+    """The slope of the (n,) force of free travel over its place."""
+    rows = np.array([np.ones_like(place), place - place.mean(), force])
+    return LineFit.of(rows, [np.arange(len(place))]).coefficient([0, 1])
 
 
 @dataclass(frozen=True, kw_only=True)
 class Coefficient:
-    """A coefficient with its standard error from correlated noise, the size that noise ``explains``, and the sum of
-    ``squares`` [N²] that is left; infinite errors where the samples do not determine it."""
+    """A coefficient with its standard error from correlated noise, and the size that noise ``explains``; infinite where
+    the samples do not determine it."""
 
     value: float
     error: float
     explains: float
-    squares: float
 
     @property
     def is_significant(self) -> bool:
@@ -141,18 +147,27 @@ class LineFit:
         """
         from scipy.special import stdtrit
 
-        products = sum(self.grams)
-        bread = inverse(products[np.ix_(used, used)])
+        bread, values, residual = self._solved(used)
         if not np.isfinite(bread).all():
-            return Coefficient(value=0.0, error=math.inf, explains=math.inf, squares=float(products[-1, -1]))
-        values = bread @ products[used, -1]
-        residual = self.rows[-1] - sum(value * self.rows[row] for value, row in zip(values.tolist(), used))
+            return Coefficient(value=0.0, error=math.inf, explains=math.inf)
         meat, independent = self._meat(residual, used)
         error = math.sqrt(max(float((bread @ meat @ bread)[-1, -1]), 0.0))
         student = float(stdtrit(max(independent, 1.0), 1.0 - 0.5 * FALSE_ALARMS))
-        return Coefficient(
-            value=float(values[-1]), error=error, explains=error * student, squares=float(residual @ residual)
-        )
+        return Coefficient(value=float(values[-1]), error=error, explains=error * student)
+
+    def squares(self, used: list[int]) -> float:
+        """The sum of squares [N²] that the ``used`` rows leave."""
+        residual = self._solved(used)[2]
+        return float(residual @ residual)
+
+    def _solved(self, used: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The inverse of the products, the coefficients and the residual (n,); all of it is left where the samples do
+        not determine them."""
+        products = sum(self.grams)
+        bread = inverse(products[np.ix_(used, used)])
+        values = bread @ products[used, -1] if np.isfinite(bread).all() else np.zeros(len(used))
+        residual = self.rows[-1] - sum(value * self.rows[row] for value, row in zip(values.tolist(), used))
+        return bread, values, residual
 
     def _meat(self, residual: np.ndarray, used: list[int]) -> tuple[np.ndarray, float]:
         """The middle of the sandwich (p, p) from the long-run noise of each part; number of independent samples."""

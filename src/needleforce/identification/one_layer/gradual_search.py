@@ -11,7 +11,7 @@ h = z - z0 is the indentation, h_o that of the onset. Amplitude, friction, cutti
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 
@@ -31,6 +31,7 @@ LENGTHS = (0.05, 0.2, 0.5, 1.0)  # [indentations at the peak]
 EXPONENTS = (1.3, 2.0, 3.0)
 MIN_GAIN = 1e-7  # [of the sum of squares] of the last step of a search
 N_STARTS = 4  # of the best, from which minima are sought
+MAX_AT_ONCE = 120_000  # samples times starts, for the memory
 EXPONENT = 2.0  # of the first fit: the fall begins smoothly
 EXPONENT_RANGE = (1.0, 4.0)  # above, a smooth fall and an earlier onset are alike
 ONSET_RANGE = (0.02, 3.0)  # [indentations at the peak]
@@ -69,7 +70,7 @@ def _means(values: np.ndarray, count: int) -> np.ndarray:
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Shape:
     """The nonlinear parameters, scaled: contact ``place``, ``onset`` (an indentation) and ``length`` of the rupture,
-    its ``exponent``, and the shape parameters of the loading curve."""
+    its ``exponent``, and the shape parameters of the loading curve; (k, 1) each for k shapes at once."""
 
     place: float
     onset: float
@@ -78,51 +79,52 @@ class Shape:
     curve: tuple[float, ...]
 
     @classmethod
-    def of(cls, numbers: Sequence[float], n_curve: int, exponent: float | None) -> "Shape":
-        """From the (p,) numbers of the search: place, logarithms of onset and length, shape, perhaps the exponent."""
-        place, onset, length, *more = numbers
+    def of(cls, numbers: np.ndarray, n_curve: int, exponent: float | None) -> "Shape":
+        """From the (p,) or (k, p) numbers of the search: place, logarithms of onset and length, shape, perhaps the
+        exponent."""
+        place, onset, length, *more = numbers if numbers.ndim == 1 else numbers.T[..., None]
         own = more[n_curve] if exponent is None else exponent
-        return cls(
-            place=place, onset=math.exp(onset), length=math.exp(length), exponent=own, curve=tuple(more[:n_curve])
-        )
+        return cls(place=place, onset=np.exp(onset), length=np.exp(length), exponent=own, curve=tuple(more[:n_curve]))
 
 
 def columns(curve: LoadingCurve, shape: Shape, samples: Samples) -> np.ndarray:
-    """The (n, 4) force of each linear coefficient: amplitude, friction per length, cutting force and zero."""
+    """The (n, 4) force of each linear coefficient: amplitude, friction per length, cutting force and zero; (k, n, 4)
+    for k shapes."""
     h = np.maximum(samples.x - shape.place, 0.0)
     (loaded,) = curve.basis(h, *shape.curve)
-    (at_onset,) = curve.basis(np.float64(shape.onset), *shape.curve)
+    (at_onset,) = curve.basis(shape.onset, *shape.curve)
     advance = np.maximum(h - shape.onset, 0.0)
     intact = np.exp(-((advance / shape.length) ** shape.exponent))
     remaining, cuts = intact * loaded / at_onset, advance > 0.0
-    found = np.column_stack(
-        [intact * loaded, np.where(cuts, h - shape.onset * remaining, 0.0), np.where(cuts, 1.0 - remaining, 0.0),
-         np.ones_like(h)]
-    )  # fmt: skip
-    out = slice(samples.n_in, None)
-    found[out, AMPLITUDE], found[out, CUTTING], found[out, FRICTION] = 0.0, 0.0, -h[out]
+    found, out = np.empty((*h.shape, N_LINEAR)), slice(samples.n_in, None)
+    found[..., AMPLITUDE], found[..., ZERO] = intact * loaded, 1.0
+    found[..., FRICTION] = np.where(cuts, h - shape.onset * remaining, 0.0)
+    found[..., CUTTING] = np.where(cuts, 1.0 - remaining, 0.0)
+    found[..., out, AMPLITUDE] = found[..., out, CUTTING] = 0.0
+    found[..., out, FRICTION] = -h[..., out]
     if samples.filter_length > 1:
         from scipy.ndimage import uniform_filter1d
 
-        found[: samples.n_in] = uniform_filter1d(found[: samples.n_in], samples.filter_length, axis=0, mode="nearest")
+        inwards = found[..., : samples.n_in, :]
+        inwards[:] = uniform_filter1d(inwards, samples.filter_length, axis=-2, mode="nearest")
     return found
 
 
 def linear(design: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Least-squares coefficients (4,); amplitude, friction and cutting are none below 0."""
-    held: list[int] = []
+    """Least-squares coefficients (4,), or (k, 4) of k designs (n, 4); amplitude, friction and cutting are none below
+    0."""
+    across = np.swapaxes(design, -1, -2)
+    scale = np.sqrt(np.einsum("...ij,...ij->...j", design, design)) + 1e-30
+    gram = across @ design / (scale[..., :, None] * scale[..., None, :]) + 1e-13 * np.eye(N_LINEAR)
+    along, free = across @ force / scale, np.ones(scale.shape, bool)
     while True:
-        free = [k for k in range(N_LINEAR) if k not in held]
-        part = design[:, free]
-        scale = np.sqrt(np.einsum("ij,ij->j", part, part)) + 1e-30
-        gram = (part.T @ part) / np.outer(scale, scale)
-        gram[np.diag_indices(len(free))] += 1e-13
-        found = np.zeros(N_LINEAR)
-        found[free] = np.linalg.solve(gram, part.T @ force / scale) / scale
-        negative = [k for k in free if k != ZERO and found[k] < 0.0]
-        if not negative:
+        part = np.where(free[..., :, None] & free[..., None, :], gram, np.eye(N_LINEAR))
+        found = np.linalg.solve(part, np.where(free, along, 0.0)[..., None])[..., 0] / scale
+        negative = free & (found < 0.0)
+        negative[..., ZERO] = False
+        if not negative.any():
             return found
-        held += negative
+        free &= ~negative
 
 
 def not_negative(design: np.ndarray, force: np.ndarray) -> np.ndarray:
@@ -151,14 +153,14 @@ class GradualProblem:
         """The parameters of the search as a shape."""
         if not self.known:
             return Shape.of(numbers, len(self.curve.shape), self.exponent)
-        return Shape.of([*numbers[:3], *self.known, *numbers[3:]], len(self.known), self.exponent)
+        return Shape.of(np.insert(numbers, 3, self.known, axis=-1), len(self.known), self.exponent)
 
     def solved(self, numbers: np.ndarray, samples: Samples | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Residual (n,) and linear coefficients (4,) of least squares."""
+        """Residual (n,) and linear coefficients (4,) of least squares; (k, n) and (k, 4) of k rows of numbers."""
         samples = samples or self.samples
         design = columns(self.curve, self.shape(numbers), samples)
         found = linear(design, samples.force)
-        return samples.force - design @ found, found
+        return samples.force - (design @ found[..., None])[..., 0], found
 
     def minimum(self, start: np.ndarray, samples: Samples, rounds: int) -> tuple[np.ndarray, float]:
         """The local minimum near a start, and its sum of squares, by Gauss-Newton with Marquardt's damping on the
@@ -196,22 +198,20 @@ class GradualProblem:
     def best(self) -> np.ndarray:
         """The best minimum that block means find, without a starting value."""
         means, fine = self.samples.blocks(SEARCH_BLOCKS), self.samples.blocks(FINE_BLOCKS)
-        starts = _starts(self.curve, self.known)
-        rough = sorted(starts, key=lambda start: float(np.sum(self.solved(start, means)[0] ** 2)))[:N_STARTS]
+        starts = np.array(list(_starts(self.curve, self.known)))
+        parts = np.array_split(starts, len(starts) * len(means.x) // MAX_AT_ONCE + 1)
+        squares = np.concatenate([np.sum(self.solved(part, means)[0] ** 2, axis=1) for part in parts])
+        rough = starts[np.argsort(squares, kind="stable")[:N_STARTS]]
         found = min((self.minimum(start, means, 20) for start in rough), key=lambda each: each[1])
         return self.minimum(found[0], fine, 20)[0]
 
     def jacobian(self, numbers: np.ndarray, coefficients: np.ndarray, samples: Samples | None = None) -> np.ndarray:
         """Derivatives (p, n) of the force by the linear coefficients, then by the numbers of the search."""
         samples = samples or self.samples
+        steps = np.where(numbers + 1e-6 < self.high, 1e-6, -1e-6)
+        moved = columns(self.curve, self.shape(numbers + np.diag(steps)), samples)
         design = columns(self.curve, self.shape(numbers), samples)
-        rows = list(design.T)
-        for k in range(len(numbers)):
-            step = np.zeros(len(numbers))
-            step[k] = 1e-6 if numbers[k] + 1e-6 < self.high[k] else -1e-6
-            moved = columns(self.curve, self.shape(numbers + step), samples)
-            rows.append((moved - design) @ coefficients / step[k])
-        return np.array(rows)
+        return np.concatenate([design.T, (moved - design) @ coefficients / steps[:, None]])
 
 
 def _starts(curve: LoadingCurve, given: tuple[float, ...]) -> Iterator[np.ndarray]:

@@ -5,7 +5,7 @@ behind the recorded depth by as much.
 It bends the loading curve, turns the friction of the insertion and that of the withdrawal to opposite sides, and
 spreads the reversal between them. A recording shows it where the complete fit leaves more than the noise without a
 machine, and no more with one. Its compliance is not above that of the fall of the force where the needle turns: what
-yields there is in series.
+yields there is in series. Where a machine only fits better, the intervals hold the values with and without it.
 """
 
 import math
@@ -15,16 +15,17 @@ from typing import Any
 
 import numpy as np
 
+from ... import core
 from ...errors import InputError
 from ...models.parameter_units import UNITS
 from ...recording import Recording
 from ...segmentation import Events, segment
 from ..estimates import Estimate, pool
-from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise, noise_of
-from ..statistics.regression import VERY_STRONG_BIC
+from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise
+from ..statistics.regression import VERY_STRONG_BIC, inverse
 from ..strokes import Strokes
 from .cycle_fit import fit_cycle
-from .cycle_values import CycleOptions, CycleResiduals
+from .cycle_values import CycleFit, CycleOptions, CycleResiduals, cycle_jacobian
 from .segmented_recording import STAGE, SegmentedRecording, segmented
 
 NAME = "machine_stiffness"
@@ -34,11 +35,16 @@ FOUND = (
     "fit of the recorded depth leaves beyond the noise. The depths are therefore those of the tip: less by the force "
     "over this stiffness. Give machine_stiffness where it is known."
 )
+POSSIBLE = (
+    "With a machine (sensor, holder, drive) of about {:.2g} N/mm in series the model fits better, which may have "
+    "another cause: the intervals hold the values with and without it. Give machine_stiffness where it is known."
+)
 KNOWN = "machine stiffness: {:.4g} N/mm, as given; the depths are those of the tip, less by the force over it"
 BEYOND = 1.1  # of the compliance of the reversal, which is measured too
-MIN_GAIN = 0.3  # of the sum of squares, at half or all of the reversal's compliance; a smaller one is not noise then
 STEP = 0.01  # of the largest compliance, to which the least sum of squares is searched
-MIN_FREE_SAMPLES = 50
+BLOCKS = 1000  # of samples, in the test whether a machine is to be sought
+ABSORBING = ("contact_depth", "stiffness_coefficient", "friction_per_length", "cutting_force", "force_offset")
+NESTED = ("cone", "cone_cylinder")  # in the complete fit with a machine
 
 
 def at_tip(recording: Recording, stiffness: float, events: Events | None = None) -> Recording:
@@ -75,18 +81,24 @@ def _check(stiffness: float, recording: Recording, force: np.ndarray, events: Ev
 
 
 def machine_stiffness_of(singles: Sequence[SegmentedRecording]) -> Estimate | None:
-    """The stiffness of the machine that all repeats share, if more than half of those with a fit show one."""
+    """The stiffness of the machine that all repeats share, if more than half of those with a fit show one; not
+    identifiable where it only fits better in half of them."""
     known = [single for single in singles if single.fits]
     found = [estimate for estimate in map(_shown, known) if estimate is not None]
-    return pool([{NAME: each} for each in found])[NAME] if 2 * len(found) > len(known) else None
+    sure = [estimate for estimate in found if estimate.identifiable]
+    chosen = next((each for each in (sure, found) if 2 * len(each) > len(known)), None)
+    return pool([{NAME: each} for each in chosen])[NAME] if chosen else None
 
 
 def behind(single: SegmentedRecording, stiffness: Estimate) -> SegmentedRecording:
     """A recording segmented at the tip behind a machine, with its readings at the ends of the interval of the
-    ``stiffness``. One that it cannot be of stays as it is."""
+    ``stiffness``; as it was recorded, with its reading behind the softer end, where the machine is not identifiable.
+    One that it cannot be of stays as it is."""
     recording, events = single.recording, single.events
     ends = {"stiffer machine": stiffness.high, "softer machine": stiffness.low}
     try:
+        if not stiffness.identifiable:
+            return replace(single, fits={}, readings={"machine": at_tip(recording, stiffness.low, events)})
         others = {cause: at_tip(recording, end, events) for cause, end in ends.items()}
     except InputError:
         return single
@@ -98,6 +110,8 @@ def with_machine(fit: Any, machine: Estimate | float | None) -> Any:
     if machine is None or not fit.parameters:
         return fit
     if isinstance(machine, Estimate):
+        if not machine.identifiable:
+            return replace(fit, warnings=(*fit.warnings, POSSIBLE.format(1e-3 * machine.value)))
         sentence = FOUND.format(*(1e-3 * value for value in (machine.value, machine.low, machine.high)))
         return replace(fit, parameters=fit.parameters | {NAME: machine}, warnings=(sentence, *fit.warnings))
     known = Estimate(NAME, machine, UNITS[NAME], machine, machine, source="given")
@@ -128,47 +142,63 @@ class Profile:
 
 
 def _shown(single: SegmentedRecording) -> Estimate | None:
-    """The stiffness of the machine that one recording shows; None if it does not need one, or has no noise with one."""
+    """The stiffness of the machine that one recording shows: with which the evidence of a fit is very strongly better,
+    and identifiable if the fit leaves more than the noise without it alone; None without such evidence."""
     strokes, events = single.strokes, single.events
-    reversal, noise = strokes.friction_reversal, _free_noise(single)
+    reversal, noise = strokes.friction_reversal, single.free_noise
     if reversal is None or noise is None or len(events.punctures) != 1 or events.punctures[0].gradual:
+        return None
+    fits = [fit for law, fit in single.fits.items() if law in NESTED]
+    if fits and not _score(fits[0], strokes, noise) > TWO_SIDED:
         return None
     push, pull = float(np.median(strokes.force_in[-5:])), float(np.median(strokes.force_out[:5]))
     largest = BEYOND * 2.0 * reversal.half / max(push - pull, 1e-12)
     options = CycleOptions(law="cone_cylinder", filter_length=single.recording.card.filter_length)
     profile = Profile(strokes, options)
     without = profile.residuals(0.0)
-    if without is None or without.rmse <= _explained(noise):
-        return None
-    if min(profile.squares(share * largest) for share in (0.5, 1.0)) > (1.0 - MIN_GAIN) * without.sse:
+    if without is None or not largest > 0.0:
         return None
     best, error = _best(profile, largest)
     left = profile.residuals(best)
-    if left is None or not best > TWO_SIDED * error:
+    gain = VERY_STRONG_BIC + math.log(without.count)
+    if left is None or not best > TWO_SIDED * error or without.sse - left.sse < noise.long_run * gain:
         return None
     puncture = events.punctures[0]
     amplified = 1.0 + best * puncture.force / max(puncture.indentation, 1e-12)  # the noise is in the tip's depth too
-    gain = (without.sse - left.sse) / max(noise.long_run, 1e-300)
-    if left.rmse > amplified * _explained(noise) or gain < VERY_STRONG_BIC + math.log(left.count):
-        return None
+    sure = without.rmse > _explained(noise) and left.rmse <= amplified * _explained(noise)
     ends = 1.0 / (best + TWO_SIDED * error), 1.0 / (best - TWO_SIDED * error)
-    return Estimate(NAME, 1.0 / best, UNITS[NAME], *ends, source=SOURCE)
+    return Estimate(NAME, 1.0 / best, UNITS[NAME], *ends, source=SOURCE, identifiable=sure)
+
+
+def _score(fit: CycleFit, strokes: Strokes, noise: Noise) -> float:
+    """The misfit that a machine would reduce, in standard errors: that along the derivative of the force by a
+    compliance, without what the parameters absorb (the score test, which needs no fit with a machine); of means of
+    ``size`` samples, which lose nothing."""
+    before, w, (depth_in, force_in, depth_out, force_out) = fit.puncture.before, fit.puncture.left_out, strokes.arrays
+    size = max((len(depth_in) + len(depth_out)) // BLOCKS, 1)
+    insertion, withdrawal = fit.residuals.insertion, fit.residuals.withdrawal
+    parts = [
+        [each[used] for each in (depth_in, force_in, insertion)]
+        for used in (slice(before - w), slice(before + w, None))
+    ]
+    loading, cut, back = (
+        np.array([each[: len(each) // size * size].reshape(-1, size).mean(axis=1) for each in part])
+        for part in (*parts, (depth_out, force_out, withdrawal))
+    )
+    depth, force, residual = np.hstack([loading, cut, back])
+    first = loading.shape[1] + cut.shape[1]
+    values = {"saturation_depth": math.inf} | fit.values
+    slopes = cycle_jacobian(values, (depth[:first], force, depth[first:], force), loading.shape[1], ABSORBING)
+    gram = core.gram(np.vstack([slopes, -slopes[0] * force, residual]))
+    absorbed = inverse(gram[:-2, :-2]) @ gram[:-2, -2]
+    along = float(gram[-2, -2] - gram[:-2, -2] @ absorbed)
+    return -float(gram[-1, -2] - gram[-1, :-2] @ absorbed) / math.sqrt(max(noise.long_run / size * along, 1e-300))
 
 
 def _explained(noise: Noise) -> float:
     """Root mean square [N] that the noise of the free travel explains, once in a thousand recordings more."""
     independent = max(noise.count * noise.variance / noise.long_run, 1.0) if noise.long_run > 0.0 else noise.count
     return math.sqrt(noise.variance) * (1.0 + SIGNIFICANT / math.sqrt(2.0 * independent))
-
-
-def _free_noise(single: SegmentedRecording) -> Noise | None:
-    """The noise of the free travel; None with too little of it."""
-    if single.events.contact is None:
-        return None
-    free = single.strokes.force_in[: single.strokes.place_in(single.events.contact.low)]
-    if len(free) < MIN_FREE_SAMPLES:
-        return None
-    return noise_of(free - free.mean(), len(free), single.recording.card.filter_length, 1.0)
 
 
 def _best(profile: Profile, largest: float) -> tuple[float, float]:

@@ -12,18 +12,23 @@ kept apart from what noise gives, in ``systematic``, and how it moves the values
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
+from ...vocabulary import SMALLEST
 from ..estimates import Estimate
-from ..statistics.noise import TWO_SIDED, noise_of, slow_noise, student_quantile
+from ..statistics.noise import ONE_IN_40, SIGNIFICANT, TWO_SIDED, noise_of, slow_noise, student_quantile
 from ..statistics.regression import inverse
-from ..strokes import Strokes
 from .cycle_values import CycleFit
-from .loading_curves import FITS
+from .loading_curves import CURVES, FITS
+from .segmented_recording import SegmentedRecording
 
 AFTER = ("friction_per_length", "cutting_force")
+BENDS = {"time": ONE_IN_40, "bend": SIGNIFICANT}
+"""[standard errors] of the growth of friction that noise does not explain, by the bend that shows it. The friction at
+the contact by the insertion alone is an extrapolation: its interval would be wide for nothing more often."""
 MIN_SAMPLES = 20  # of a stroke in the tissue, for a line of its own
 DISAGREE = (
     "Insertion and withdrawal disagree on the friction per length: {own} by themselves, {together:.3g} N/m together. "
@@ -40,31 +45,45 @@ ALONE = (
     "Below the puncture the friction per length is {own} by the slope of the insertion, {together:.3g} N/m in the fit: "
     "the intervals of friction and cutting force hold both."
 )
+CHANGES = (
+    "Insertion and withdrawal are bent as by friction per length that changes with time, from {:.3g} N/m at the start "
+    "of the recording to {:.3g} N/m at the exit: friction may age, or the gain of the sensor drift. The intervals hold "
+    "what that gives at the start."
+)
+BENT = (
+    "The insertion below the puncture is bent, as by friction per length that begins with {:.3g} N/m and changes with "
+    "time or depth: the intervals of friction and cutting force hold that too."
+)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stroke:
     """One stroke below the puncture: embedded length (n,) [m] and force (n,) [N] without the zero, positive against
-    insertion; ``inwards`` is the sign of its friction. ``noise`` is the long-run variance [N²] about its own line, and
-    ``slow`` the same with its slow misfit."""
+    insertion, and time (n,) since the recording's start over that up to the exit, which is ``touched`` at the contact;
+    ``inwards`` is the sign of its friction. ``noise`` is the long-run variance [N²] of what its own line leaves,
+    ``bent`` (n,), and ``slow`` the same with its slow misfit."""
 
     length: np.ndarray
     force: np.ndarray
+    time: np.ndarray
+    touched: float
     inwards: bool
     noise: float = math.nan
     slow: float = math.nan
+    bent: np.ndarray = field(default_factory=lambda: np.empty(0))
 
-    @property
+    @cached_property
     def design(self) -> np.ndarray:
         """Derivatives (n, 2) of the force by friction per length and cutting force."""
         sign = 1.0 if self.inwards else -1.0
         return np.column_stack([sign * self.length, np.full_like(self.length, float(self.inwards))])
 
-    @property
+    @cached_property
     def line(self) -> np.ndarray:
         """The straight lines (n, 2) that a stroke by itself allows: friction, and any level."""
         return np.column_stack([self.design[:, 0], np.ones_like(self.length)])
 
+    @cached_property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
         """Friction per length and level of this stroke alone, (2,), and the half widths of their intervals."""
         line = self.line
@@ -72,18 +91,24 @@ class Stroke:
         return bread @ (line.T @ self.force), TWO_SIDED * np.sqrt(self.slow * bread.diagonal())
 
 
-def strokes_below(fit: CycleFit, strokes: Strokes) -> list[Stroke]:
+def strokes_below(fit: CycleFit, single: SegmentedRecording) -> list[Stroke]:
     """The strokes of a fit below its puncture, those with enough samples."""
+    strokes, time = single.strokes, single.recording.time
     contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.puncture.left_out
     used = slice(fit.puncture.before + w, len(strokes.depth_in) - w)
-    cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero
-    back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero
+    cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero, time[strokes.index_in[used]]
+    back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero, time[strokes.index_out[w:]]
     inside = back[0] > 0.0
-    parts = [(*cut, True), (back[0][inside], back[1][inside], False)]
+    parts = [(*cut, True), (*(each[inside] for each in back), False)]
+    parts = [part for part in parts if len(part[0]) >= MIN_SAMPLES]
+    if not parts:
+        return []
+    lasts = float(parts[-1][2][-1] - time[0])
+    touched = time[strokes.index_in[min(int(np.searchsorted(strokes.depth_in, contact)), used.start)]]
+    shared = {"touched": float(touched - time[0]) / lasts}
     return [
-        Stroke(length=length, force=force, inwards=inwards)
-        for length, force, inwards in parts
-        if len(length) >= MIN_SAMPLES
+        Stroke(length=length, force=force, time=(times - time[0]) / lasts, inwards=inwards, **shared)
+        for length, force, times, inwards in parts
     ]
 
 
@@ -92,10 +117,10 @@ def _with_own_noise(stroke: Stroke, filter_length: int) -> Stroke:
     line, n = stroke.line, len(stroke.length)
     residual = stroke.force - line @ (inverse(line.T @ line) @ (line.T @ stroke.force))
     noise = noise_of(residual, n, filter_length, 2.0).long_run
-    return replace(stroke, noise=noise, slow=slow_noise(residual, line, noise))
+    return replace(stroke, noise=noise, slow=slow_noise(residual, line, noise), bent=residual)
 
 
-def with_misfit_below(fit: CycleFit, strokes: Strokes, filter_length: int) -> tuple[CycleFit, tuple[str, ...]]:
+def with_misfit_below(fit: CycleFit, single: SegmentedRecording) -> tuple[CycleFit, tuple[str, ...]]:
     """The fit with the misfit below the puncture in the intervals of friction and cutting force, and a sentence if its
     strokes disagree.
 
@@ -104,23 +129,30 @@ def with_misfit_below(fit: CycleFit, strokes: Strokes, filter_length: int) -> tu
     stroke's own friction too, with the cutting force that belongs to it. All of these tests are at the level of the
     intervals, so 5 % of the recordings that follow the model are widened for nothing. Where strokes disagree, what
     their common line leaves is no noise: the random part is then that of the noise about the strokes' own lines.
+    Strokes that are bent hold what a force that changes with time leaves at the contact.
     """
-    parts = [_with_own_noise(each, filter_length) for each in strokes_below(fit, strokes)]
+    filter_length = single.recording.card.filter_length
+    parts = [_with_own_noise(each, filter_length) for each in strokes_below(fit, single)]
     if not parts or not parts[0].inwards or FITS[fit.law].foundation != "linear":
         return fit, ()
     random = _random_shares(fit, parts, filter_length)
-    fit = replace(fit, strokes_alone=_strokes_alone(fit, parts))
-    others = _disagreeing(fit, parts, random["friction_per_length"])
+    others, bends = _disagreeing(fit, parts, random["friction_per_length"]), _bends(fit, parts)
+    moved = {cause: bend.moved(fit) for cause, bend in bends.items()}
+    sizes = {cause: bend.significance for cause, bend in bends.items()}
+    fit = replace(fit, strokes_alone=_strokes_alone(fit, parts) | moved, bends=sizes)
+    shown = {cause: bend for cause, bend in bends.items() if abs(sizes[cause]) > BENDS[cause]}
+    changed = {cause: bend.applied(fit) for cause, bend in shown.items()}
     fit = _with_slow_noise(fit, parts)
-    if not others:
-        return fit, ()
-    fit = widen_to_cover(_with_random(fit, random), others)
-    return fit, (_sentence(parts, fit.values["friction_per_length"]),)
+    sentences = [bend.sentence for bend in shown.values()]
+    if others:
+        sentences.insert(0, _sentence(parts, fit.values["friction_per_length"]))
+        fit = _with_random(fit, random)
+    return widen_to_cover(fit, others | changed), tuple(sentences)
 
 
 def _sentence(parts: list[Stroke], together: float) -> str:
     """What disagrees: the strokes with each other, or both with the fit."""
-    own = [(float(values[0]), float(halves[0])) for values, halves in (part.own() for part in parts)]
+    own = [(float(values[0]), float(halves[0])) for values, halves in (part.own for part in parts)]
     words = " and ".join(f"{value:.3g}" for value, _ in own) + " N/m"
     if len(own) < 2:
         return ALONE.format(own=words, together=together)
@@ -174,12 +206,81 @@ def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
     return widened(fit, low, high, {name: dict(zip(AFTER, axis)) for name, axis in zip(names, moved.T.tolist())})
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bend:
+    """``growth`` of the friction per length [N/m] over the time by the bend of strokes, with its standard ``error``;
+    friction per length before it and cutting force then, ``after`` (2,), and their half widths; and the share of the
+    time up to the puncture, None where the gain of the sensor may not have changed so."""
+
+    growth: float
+    error: float
+    after: np.ndarray
+    halves: np.ndarray
+    puncture: float | None
+
+    @property
+    def significance(self) -> float:
+        """The growth in standard errors."""
+        return self.growth / self.error
+
+    @property
+    def sentence(self) -> str:
+        """What it may be, for a note."""
+        return (BENT if self.puncture is None else CHANGES).format(*self.after[:1], self.after[0] + self.growth)
+
+    def moved(self, fit: CycleFit) -> dict[str, float]:
+        """How far friction and cutting force move with it."""
+        return {name: float(value) - fit.values[name] for name, value in zip(AFTER, self.after)}
+
+    def applied(self, fit: CycleFit) -> CycleFit:
+        """The fit with it, and with the gain that the sensor then has at the puncture."""
+        low, high, values = dict(fit.low), dict(fit.high), dict(fit.values)
+        for name, value, half in zip(AFTER, self.after.tolist(), self.halves.tolist()):
+            values[name], low[name], high[name] = value, value - half, value + half
+        if self.puncture is not None and self.after[0] > 0.0:
+            gain = max(1.0 + self.puncture * self.growth / float(self.after[0]), 0.5)
+            for name in ("puncture_force", *CURVES[FITS[fit.law].law.name].amplitudes):
+                values[name], low[name], high[name] = (each[name] / gain for each in (values, low, high))
+        return replace(fit, values=values, low=low, high=high)
+
+
+def _bends(fit: CycleFit, parts: list[Stroke]) -> dict[str, Bend]:
+    """The bend that both strokes share, by a force that grows with the time since the recording's start, and that of
+    the insertion alone, by friction that grows with the logarithm of the time since the contact, as contacts age, or
+    with depth. Any line of each stroke is left out of the bend, so that strokes that disagree are not bent."""
+    touched = parts[0].touched
+    scale = max(float(parts[0].time[0]) - touched, SMALLEST)
+    found = {"bend": _bend(fit, parts[:1], lambda time: np.log1p(np.maximum(time - touched, 0.0) / scale))}
+    return found | {"time": _bend(fit, parts, lambda time: time)} if len(parts) > 1 else found
+
+
+def _bend(fit: CycleFit, parts: list[Stroke], growing: Callable) -> Bend:
+    """The bend of strokes by friction that grows as ``growing`` of the time."""
+    columns = [part.design[:, 0] * growing(part.time) for part in parts]
+    along, across = 0.0, 0.0
+    for part, column in zip(parts, columns):
+        line, noise = part.line, max(part.noise, SMALLEST)
+        common = line.T @ column
+        along += float(column @ part.bent) / noise
+        across += float(column @ column - common @ inverse(line.T @ line) @ common) / noise
+    growth, error = along / max(across, SMALLEST), 1.0 / math.sqrt(max(across, SMALLEST))
+    bread = inverse(sum(part.design.T @ part.design for part in parts))
+    force, lever = (
+        bread @ sum(part.design.T @ each for part, each in zip(parts, all_of))
+        for all_of in ([part.force for part in parts], columns)
+    )
+    noise = np.array([0.5 * (fit.high[name] - fit.low[name]) for name in AFTER])
+    halves = np.hypot(noise, TWO_SIDED * np.sqrt(parts[0].noise * bread.diagonal() + (error * lever) ** 2))
+    puncture = float(parts[0].time[0]) if len(parts) > 1 else None
+    return Bend(growth=growth, error=error, after=force - growth * lever, halves=halves, puncture=puncture)
+
+
 def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, CycleFit]:
     """The fit with the friction of a stroke by itself, for each stroke that disagrees with it; ``share`` of the
     interval of the fit is random."""
     name = "friction_per_length"
     value, half = fit.values[name], share * 0.5 * (fit.high[name] - fit.low[name])
-    own = [part.own() for part in parts]
+    own = [part.own for part in parts]
     level = own[1][0][1] if len(parts) > 1 and abs(own[1][0][1]) > own[1][1][1] else 0.0
     best = min(own, key=lambda each: each[1][0])
     found = {}
@@ -196,7 +297,7 @@ def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, fl
     withdrawal ends is one of the insertion too."""
     found = {}
     for part in parts:
-        (friction, level), _ = part.own()
+        (friction, level), _ = part.own
         moved = _with_friction(fit, parts[0], float(friction), 0.0, 0.0).values
         found["insertion" if part.inwards else "withdrawal"] = {name: moved[name] - fit.values[name] for name in AFTER}
         if not part.inwards:
@@ -206,14 +307,15 @@ def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, fl
 
 def with_shared_readings(pooled: dict[str, Estimate], cycles: Sequence[CycleFit]) -> dict[str, Estimate]:
     """Pooled estimates whose intervals hold what a stroke alone gives where repeats show together, by Student's t at
-    the level of the intervals, that it differs: a difference within the noise of each may be none of their mean. Two
-    tests are independent: one in ten conditions that follow the model is widened for nothing."""
+    the level of the intervals, that it differs: a difference within the noise of each may be none of their mean. Of
+    bends the noise is known. One in eight conditions that follow the model is widened for nothing."""
     n = len(cycles)
     shared = set.intersection(*(set(each.strokes_alone) for each in cycles)) if n > 1 else set()
     for cause in sorted(shared):
         moved = np.array([[each.strokes_alone[cause][name] for name in AFTER] for each in cycles])
         mean, error = moved.mean(axis=0), student_quantile(n - 1) * moved.std(axis=0, ddof=1) / math.sqrt(n)
-        if (np.abs(mean) > error).any():
+        known = abs(sum(each.bends[cause] for each in cycles)) / math.sqrt(n) if cause in BENDS else None
+        if (np.abs(mean) > error).any() if known is None else known > BENDS[cause]:
             pooled |= {
                 name: _holding(pooled[name], float(change)) for name, change in zip(AFTER, mean) if name in pooled
             }

@@ -2,6 +2,7 @@
 """The force at the puncture: measured, modelled, and whether the law meets the measured one."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,7 @@ from ...models.parameter_units import UNITS
 from ...segmentation import Puncture
 from ...segmentation.strokes import white_noise
 from ..estimates import Estimate
-from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise, noise_of
+from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise
 from ..statistics.regression import coefficients, inverse
 from ..strokes import Strokes
 from .cycle_values import CycleFit
@@ -18,9 +19,9 @@ from .cycle_values import CycleFit
 WINDOW_M = 0.1e-3  # [m] of travel before the puncture
 MIN_SAMPLES = 10  # in the window
 MAX_MISMATCH = 0.05  # [of the measured force] more than the noise allows, and more than this, is not met
-MIN_FREE_SAMPLES = 50  # of free travel, for the noise
 PEAK_DROP_SIGMA = 5.0  # [standard deviations of the noise] more than the largest of the samples near a peak
 SOURCE = "measured: curve through the last 0.1 mm before the puncture"
+OF_THE_SENSOR = ("time", "filter")  # errors of the model that change the measured peak
 MAX_STRAIGHT_WINDOW = 0.03  # [of the indentation] over a longer window the curvature of the loading curve matters
 
 
@@ -39,35 +40,39 @@ class MeasuredPeak:
         """The peak of a force that is given in steps [N]: it may be anywhere within one, and so may the zero."""
         return replace(self, rounding=math.sqrt(0.5) * step)
 
-    def estimate(self) -> Estimate:
-        """``puncture_force`` with its interval. Repeats at one speed have their samples at the same places."""
+    def estimate(self, causes: Mapping[str, Mapping[str, float]]) -> Estimate:
+        """``puncture_force`` with its interval, with those ``causes`` of the fit that change what the sensor shows.
+        Repeats at one speed have their samples at the same places."""
         half = math.hypot(self.noise, self.place, self.zero, self.rounding)
-        limits = self.force - half, self.force + half
+        moved = [causes.get(cause, {}).get("puncture_force", 0.0) for cause in OF_THE_SENSOR]
+        less, more = max(-min(moved), 0.0), max(*moved, 0.0)
+        limits = self.force - half - less, self.force + half + more
         shared = math.hypot(self.place, self.rounding)
         return Estimate(
             "puncture_force",
             self.force,
             UNITS["puncture_force"],
             *limits,
-            systematic=(shared, shared),
+            systematic=(shared + less, shared + more),
             source=SOURCE,
         )
 
 
 def measured_peak(
-    strokes: Strokes, fit: CycleFit, puncture: Puncture, filter_length: int, free: int
+    strokes: Strokes, fit: CycleFit, puncture: Puncture, filter_length: int, free: Noise | None
 ) -> MeasuredPeak | None:
     """The measured force at the puncture: a curve through the last 0.1 mm before the puncture, read at its depth.
 
     A line, or a parabola where the window is more than 3 % of the indentation; samples that a filter smears are left
-    out. Tissue may rupture gradually: if the peak that segmentation finds is clearly above the curve, the force fell
-    before the fitted puncture, and the curve ends at the peak instead. The noise is that of the ``free`` first samples,
-    before the contact. None with too few samples before the puncture.
+    out. Where tissue ruptures gradually, or the peak that segmentation finds is clearly above the curve, so that the
+    force fell before the fitted puncture, the curve ends at the peak instead. The noise is that of the ``free`` travel
+    before the contact, or of the differences of neighbouring samples where that is too short. None with too few samples
+    before the puncture.
     """
-    noise = _free_noise(strokes, free, filter_length)
+    noise = free if free is not None and free.count >= 4 * filter_length else _neighbours_noise(strokes, filter_length)
     found = _peak_at(strokes, fit, fit.puncture.before - fit.puncture.left_out, fit.values["puncture_depth"], noise)
     above = 0.0 if found is None else puncture.force - fit.values["force_offset"] - found.force
-    if above > PEAK_DROP_SIGMA * math.sqrt(noise.variance):
+    if puncture.gradual or above > PEAK_DROP_SIGMA * math.sqrt(noise.variance):
         peak = _sample_of(puncture, strokes)
         return _peak_at(strokes, fit, peak + 1, float(strokes.depth_in[peak]), noise)
     return found
@@ -100,11 +105,7 @@ def _peak_at(strokes: Strokes, fit: CycleFit, end: int, at: float, noise: Noise)
     )
 
 
-def _free_noise(strokes: Strokes, free: int, filter_length: int) -> Noise:
-    """The noise of the force before the contact; from the differences of neighbouring samples if that is too short."""
-    before = strokes.force_in[:free]
-    if len(before) >= max(MIN_FREE_SAMPLES, 4 * filter_length):
-        return noise_of(before - before.mean(), len(before), filter_length, 1.0)
+def _neighbours_noise(strokes: Strokes, filter_length: int) -> Noise:
     variance = white_noise(strokes.force_in) ** 2
     return Noise(variance=variance, long_run=variance * filter_length)
 

@@ -4,7 +4,6 @@
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
@@ -14,12 +13,15 @@ from ...segmentation import Events, segment
 from ...segmentation.strokes import white_noise
 from ...vocabulary import Status
 from ..motion import DepthSignal
+from ..statistics.noise import Noise, noise_of
 from ..strokes import Strokes, strokes_of, undelayed_depth, usable_samples
 from ..timing import Timing, timing_of
 from .cycle_values import CycleFit
 from .deformation_fit import DeformationFit
 from .force_zero import Drift, drift_of, free_samples
+from .puncture_force import MeasuredPeak
 
+MIN_FREE_SAMPLES = 50  # of free travel, for its noise
 MAX_SPAN = {"time": 1e7, "depth": 10.0, "force": 1e5}  # SI; no insertion has more
 STAGE = "stage_depth"  # of a recording whose depth is that of the tip behind a machine, its recorded depth [m]
 SPAN_UNITS = {"time": "s", "depth": "m", "force": "N"}
@@ -32,6 +34,9 @@ class SegmentedRecording:
     ``loading`` has each law's fit of the loading curve, ``law_notes`` its notes. The ``strokes`` have the ``drift`` of
     the zero subtracted; ``free_after`` (k,) are the samples after the exit that show the same zero; ``timing`` has
     a lag and a filter that is not declared. ``readings`` are the same samples as other errors of the model have them.
+    ``force_step`` [N] is that in which the sensor gives the force, where less noise than half of it leaves its
+    rounding; 0 otherwise, as an average over such noise has no steps. ``free_noise`` is that of the free travel before
+    the contact; None with too little of it. ``peaks`` are the measured forces at the puncture, by the fit.
     """
 
     recording: Recording
@@ -47,13 +52,9 @@ class SegmentedRecording:
     readings: Mapping[str, Recording] = field(default_factory=dict)
     drift: Drift = field(default_factory=Drift)
     free_after: np.ndarray = field(default_factory=lambda: np.empty(0, int))
-
-    @cached_property
-    def force_step(self) -> float:
-        """The step [N] in which the sensor gives the force, where less noise than half of it leaves its rounding; 0
-        otherwise, as an average over such noise has no steps."""
-        step = quantum_of(self.recording.force)
-        return step if white_noise(self.recording.force) < 0.5 * step else 0.0
+    force_step: float = 0.0
+    free_noise: Noise | None = None
+    peaks: dict[CycleFit, MeasuredPeak | None] = field(default_factory=dict)
 
 
 def segmented(recording: Recording) -> SegmentedRecording:
@@ -84,7 +85,23 @@ def segmented(recording: Recording) -> SegmentedRecording:
         timing=timing,
         drift=drift,
         free_after=free_after,
+        force_step=_force_step(recording.force),
+        free_noise=_free_noise(recording, events, strokes),
     )
+
+
+def _force_step(force: np.ndarray) -> float:
+    step = quantum_of(force)
+    return step if step > 0.0 and white_noise(force) < 0.5 * step else 0.0
+
+
+def _free_noise(recording: Recording, events: Events, strokes: Strokes) -> Noise | None:
+    if events.contact is None:
+        return None
+    free = strokes.force_in[: strokes.place_in(events.contact.low)]
+    if len(free) < MIN_FREE_SAMPLES:
+        return None
+    return noise_of(free - free.mean(), len(free), recording.card.filter_length, 1.0)
 
 
 def _motion_notes(strokes: Strokes) -> tuple[str, ...]:

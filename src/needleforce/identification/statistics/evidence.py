@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...segmentation.punctures import robust_sd
 from .curve_noise import CurveNoise
 from .noise import TWO_SIDED
 
@@ -59,7 +60,8 @@ def departure(
     basis = _basis(place, degree + more, constant)
     fitted, further = np.split(basis, [degree + constant], axis=1)
     left = values - fitted @ (fitted.T @ values)
-    if float(np.abs(left).max()) > LONE_READING * noise.of_mean(1):
+    # the differences that show the noise are small where it is correlated: what is left is then large throughout
+    if float(np.abs(left).max()) > LONE_READING * max(noise.of_mean(1), robust_sd(left)):
         return Departure(ratio=math.inf, limit=LONE_READING)
     return _departure(values @ further, len(values), noise, rate)
 

@@ -23,6 +23,9 @@ one-sided limit, in standard errors. Written out so that SciPy is not loaded; a 
 SIGNIFICANT = 3.29
 """[standard errors] Noise exceeds it once in a thousand recordings."""
 
+ONE_IN_40 = 2.241402727604947
+"""[standard errors] Noise exceeds it in one of 40 recordings."""
+
 MAX_GAIN_GAP = 40.0
 """[variances] A puncture whose sum of squares exceeds the least by more has no weight: exp(-20)."""
 

@@ -80,6 +80,17 @@ def bic_gain(squares: float, other: float, more: float, samples: float) -> float
     return samples * math.log(max(other, SMALLEST) / max(squares, SMALLEST)) - more * math.log(samples)
 
 
+def misfit_gain(noise: Noise, other: Noise) -> float:
+    """Minus twice the logarithm of the ratio of the likelihoods of two fits to the same samples, the one that leaves
+    ``noise`` over the ``other``: the difference of their squares over the long-run variance of the smaller residual.
+
+    A further parameter that describes nothing gains one on average, however the noise is correlated. With the variance
+    of each fit's own residual instead, a misfit that correlates all samples would hide even a large difference.
+    """
+    best = min(noise, other, key=lambda each: each.sse)
+    return (other.sse - noise.sse) / max(best.long_run, best.variance, SMALLEST)
+
+
 def independent_samples(noises: list[Noise]) -> float:
     """Effective number of independent samples: count times plain over long-run variance, of the least residual.
 
