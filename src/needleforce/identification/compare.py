@@ -41,7 +41,7 @@ def compare(
 
     Models that predict held-out repeats as well as the best come first, in the order of the BIC of their loading
     curves, then the others by their prediction; with fewer than three repeats only the BIC ranks. Each repeat is
-    predicted by a fit to the others; a layered one starts at the fit to all of them.
+    predicted by a fit to the others, without a warm start.
 
     Parameters
     ----------
