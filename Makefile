@@ -83,7 +83,10 @@ packages-and-core: .venv/.compiled .venv/.editable
 demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo/results.json
 	@if [ -t 2 ]; then $(BIN)/needleforce demo --out demo; else $(WATCHED) "demo" --show -- $(BIN)/needleforce demo --out demo; fi
 
-test: setup test-cpp test-python  ## every test
+# the packages for the Python tests are fetched while the compiler works
+test: setup  ## every test
+	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages
+	@$(MAKE) --no-print-directory test-python
 
 # -O2, as distributions compile: -O3, which the Python module has, takes a fifth longer to compile
 test-cpp: .venv/.build-packages

@@ -50,6 +50,13 @@ def compiled(source: str, folder: str, *libraries: str) -> Path:
     return binary
 
 
+def printed(source: str, *arguments: int, libraries: tuple[str, ...] = ()) -> list | dict:
+    """What a benchmark in C++ prints as JSON."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [compiled(source, folder, *libraries), *map(str, arguments)]
+        return json.loads(subprocess.run(command, capture_output=True, check=True).stdout)
+
+
 LABELS = {
     "step": "step, one layer",
     "bare": "bare closed form",
@@ -69,9 +76,7 @@ def step():
     to it are the times of all passes as measured by the clock, also for a chain of additions as long as a step: the
     tail that both have comes from the machine.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        binary = compiled("step", folder)
-        runs = [json.loads(subprocess.run([binary], capture_output=True, check=True).stdout) for _ in range(2)]
+    runs = [printed("step") for _ in range(2)]
     sizes = {name: runs[0].pop(name) for name in ("object_bytes", "memory_bytes")}
     rows = {name: min((run[name] for run in runs), key=lambda row: row["alone"]["p999"]) for name in runs[0]}
     alone = {name: row["alone"] for name, row in rows.items()}
@@ -99,8 +104,7 @@ def step():
 
 def bending():
     """A step of a needle that bends, 40 elements, under the paper's axial force."""
-    with tempfile.TemporaryDirectory() as folder:
-        rows = json.loads(subprocess.run([compiled("bending", folder)], check=True, capture_output=True).stdout)
+    rows = printed("bending")
     for name, times in rows.items():
         linear = name in ("planar 80 mm", "space 80 mm")
         bar = (2.0 if name.startswith("planar") else 4.0) if linear else None
@@ -128,9 +132,7 @@ def mujoco():
 
 def energy(steps: int = 100_000):
     """Energy that a random user gets out of tissues at 1 kHz with delay: bare, with the classic controller, guarded."""
-    with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run([compiled("energy", folder), str(steps)], capture_output=True, text=True, check=True)
-    trials = json.loads(done.stdout)
+    trials = printed("energy", steps)
     reserve = 1e3 * core.GuardSettings().initial_reserve
     for tissue in dict.fromkeys(trial["tissue"] for trial in trials):
         least = {who: min(t[who]["least_mJ"] for t in trials if t["tissue"] == tissue) for who in GUARDED}
@@ -141,20 +143,14 @@ def energy(steps: int = 100_000):
 
 def closed_paths(paths: int = 1_000_000):
     """Random models over the whole ranges of the tables on random closed paths: none returns energy."""
-    with tempfile.TemporaryDirectory() as folder:
-        binary = compiled("closed_paths", folder, "-lgtest")
-        done = subprocess.run([binary, str(paths)], capture_output=True, text=True, check=True)
-    for row in json.loads(done.stdout):
+    for row in printed("closed_paths", paths, libraries=("-lgtest",)):
         text = f"{row['returned']} of {row['paths']}, least work / work turned over {row['least']:.2g}"
         yield f"closed paths that return energy, {row['law']}", text, "0", row["returned"] == 0
 
 
 def guard_search(cycles: int = 300_000_000):
     """Search for clocks, measurements and motions that get more out of a guard than it promises."""
-    with tempfile.TemporaryDirectory() as folder:
-        binary = compiled("guard_search", folder)
-        done = subprocess.run([binary, str(cycles)], capture_output=True, text=True, check=True)
-    for row in json.loads(done.stdout):
+    for row in printed("guard_search", cycles):
         text = f"{row['broken']} sequences in {row['cycles']:.1e} cycles, worst {row['worst_mJ']:.2g} mJ"
         yield f"guard's promise broken, {row['kind']}", text, "0", row["broken"] == 0
 
@@ -346,16 +342,7 @@ def many_samples(n: int = 10_000_000):
         motion = nf.Motion.insert(start=-5e-3, speed=3e-3, depth=15e-3, hold=n / 1e5 - 13.9)
         nf.write(nf.simulate(PAPER, motion, rate=1e5), path)
         code = "import sys; from needleforce.cli import main; main()"
-        command = [
-            "/usr/bin/env",
-            sys.executable,
-            "-c",
-            code,
-            "identify",
-            str(path),
-            "--json",
-            str(Path(folder) / "o.json"),
-        ]
+        command = ["/usr/bin/env", sys.executable, "-c", code, "identify", path, "--json", Path(folder) / "o.json"]
         took = best(lambda: subprocess.run(command, check=True, capture_output=True), 1)
         peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     yield "10^7 samples, identify (s)", f"{took:.0f}", "", True

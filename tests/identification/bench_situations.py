@@ -35,6 +35,11 @@ def rubber(stretch, modulus):
     return modulus / 3.0 * (stretch - stretch**-2.0)
 
 
+def gent(stretch, modulus, limit):
+    """Nominal stress [Pa] of an incompressible material that locks where I_1 - 3 is the ``limit`` (Gent 1996)."""
+    return rubber(stretch, modulus) * limit / (limit + 3.0 - stretch**2 - 2.0 / stretch)
+
+
 # tension: Young's modulus [Pa], over strain
 TENSION = {
     "saturating yield": Situation(

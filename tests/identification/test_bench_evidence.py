@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from bench_situations import BENDING, BENT, INDENTATION, PENETRATION, SPAN, TENSION
+from bench_situations import BENDING, BENT, INDENTATION, PENETRATION, SPAN, TENSION, gent
 from typer.testing import CliRunner
 
 import needleforce as nf
@@ -68,6 +68,20 @@ def test_the_modulus_in_tension_is_that_at_the_start(name, many):
         closest.append(abs(found.value / case.truth - 1.0))
         assert found.identifiable == (found.low > 0.0)
     assert inside >= 0.9 * count and np.median(closest) < 0.1
+
+
+@pytest.mark.parametrize("limit", [1.0, 2.0, 3.0, 6.0, 20.0])
+@pytest.mark.parametrize("share", [0.5, 0.68])
+def test_a_law_that_passes_for_another_has_the_modulus_in_its_interval(limit, share, many):
+    stretches = np.linspace(1.0, 6.0, 100_001)
+    end = float(np.interp(share * limit, stretches**2 + 2.0 / stretches - 3.0, stretches))
+    stretch, count, inside = np.linspace(1.0, end, 80), many(6, 60), 0
+    for seed in range(count):
+        stress = gent(stretch, 3e5, limit)
+        stress = stress + 0.005 * stress.max() * np.random.default_rng(seed).standard_normal(80)
+        found = fit_stress(StressCurve(stretch, stress)).young_modulus
+        inside += found.low <= 3e5 <= found.high
+    assert inside >= 0.85 * count - 1  # half of them, by the law alone
 
 
 def test_a_start_that_no_reading_resolves_has_no_modulus():

@@ -143,6 +143,12 @@ def test_a_repeat_that_is_cut_off_is_named():
     assert not any("cut off" in each for each in nf.identify(whole[::2]).warnings)
 
 
+def test_layers_of_insertions_are_compared_with_one_layer():
+    rows = nf.compare([walls(seed) for seed in range(3)], ["paper", "gradual_layers"])
+    assert [row.model for row in rows] == ["gradual_layers", "paper"] and not rows[1].ties
+    assert rows[0].left_out < 0.05 < rows[1].left_out and rows[0].parameters == 2 * 8 + 1
+
+
 def test_bad_input_is_said():
     close = walls(0, tops=(2e-3, 2.3e-3), indentations=(0.25e-3, 0.4e-3), widths=(0.02e-3,) * 2, rate=25, speed=2e-3)
     fit = nf.identify(close, model="gradual_layers", layers=2)

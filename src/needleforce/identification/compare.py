@@ -17,7 +17,7 @@ from .comparison import Comparison, ModelRow
 from .cross_validation import cross_validate
 from .diagnostics import FitInputs
 from .identify import Progress, assemble
-from .models import BENT, COMPARED, LAYERED, MODELS, SAME_FORCE, needle_saturation, stiffness_law
+from .models import BENT, COMPARED, GRADUAL_LAYERS, LAYERED, MODELS, SAME_FORCE, needle_saturation, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import fit_single
 from .one_layer.loading_curves import FITS
@@ -41,7 +41,7 @@ def compare(
 
     Models that predict held-out repeats as well as the best come first, in the order of the BIC of their loading
     curves, then the others by their prediction; with fewer than three repeats only the BIC ranks. Each repeat is
-    predicted by a fit to the others; a layered one starts at the fit to all of them.
+    predicted by a fit to the others, without a warm start.
 
     Parameters
     ----------
@@ -68,10 +68,11 @@ def compare(
         to the tissue.
     """
     if not models:
-        known = ", ".join((*MODELS, *BENT, *LAYERED))
+        known = ", ".join((*MODELS, *BENT, *LAYERED, GRADUAL_LAYERS))
         raise InputError("number of models", 0, "at least 1 is needed", next_step=f"Give some of {known}.")
-    models = [model_name(each, (*MODELS, *BENT, *SAME_FORCE, *LAYERED)) for each in models]
-    laws = {name: None if name in LAYERED else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
+    models = [model_name(each, (*MODELS, *BENT, *SAME_FORCE, *LAYERED, GRADUAL_LAYERS)) for each in models]
+    layered = (*LAYERED, GRADUAL_LAYERS)
+    laws = {name: None if name in layered else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     recordings, _ = paired(recordings, ())
     recordings = recordings if machine_stiffness is None else [at_tip(each, machine_stiffness) for each in recordings]
@@ -181,11 +182,19 @@ def _identified(
     """The fit of one model. The layered ones share ``grown``, the search in the form from which all of them start."""
     if law is not None:
         return assemble(given, singles, [], law, ())
+    if name == GRADUAL_LAYERS:
+        from .layered.insertion_layers import identify_insertion_layers
+
+        return identify_insertion_layers(singles, given, None)
     from .layered.identify import identify_layered
 
     return identify_layered(singles, name, given, None, progress=progress, grown=grown)
 
 
 def _shared_parameters(fit: Fit) -> int:
-    """How many parameters the repeats of a layered fit share; 0 for one without a model."""
-    return getattr(fit.settings, "parameters", 0)
+    """How many parameters the repeats of a layered fit share, or each insertion alone has; 0 without a model."""
+    if fit.model is None:
+        return 0
+    from .layered.insertion_problem import SIZE
+
+    return getattr(fit.settings, "parameters", SIZE * len(fit.model.layers) + 1)

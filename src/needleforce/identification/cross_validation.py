@@ -70,7 +70,7 @@ def cross_validate(
     identified: Callable[[list[SegmentedRecording]], Fit],
     watched: Callable[[list[int]], Iterable[int]] = iter,
 ) -> CrossValidation:
-    """Leave out each of the recordings in turn; ``identified`` makes a fit from the others.
+    """Leave out each of the recordings in turn; ``identified`` makes a fit from the others, without a warm start.
 
     Recordings without contact are ignored. ``watched(list)`` may show progress.
     """

@@ -47,7 +47,7 @@ from .model_selection import (
 )
 from .parameters import MM, TOP
 from .prediction import Expectation, Ruptures, expectation, ruptures, with_population
-from .search import Solved, grow, made_passive, on_all_cores, population_fit, refined, to_runs
+from .search import Solved, grow, made_passive, on_all_cores, population_fit, refined
 from .uncertainty import Uncertainty, uncertainty_of
 
 MAX_LAYERS = 3
@@ -55,7 +55,7 @@ MAX_LAYERS = 3
 
 Grown = dict[tuple[str, tuple[int, ...]], Iterator[Solved]]
 """The fits with 1, 2, … layers, made when they are needed, by their form and the recordings' ids: the other forms start
-from that as fitted, and fits to fewer of the recordings from those to more."""
+from that as fitted."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -167,7 +167,7 @@ def identify_layered(
     """The layered fit of segmented recordings; ``layers`` is their number, None selects it by the evidence.
 
     ``progress(iterable, text)`` wraps the stages. Recordings without contact keep their status and are not fitted. A
-    puncture is not needed: a withdrawal shows as much. Calls with the same recordings, or fewer, may share ``grown``. A
+    puncture is not needed: a withdrawal shows as much. Calls with the same recordings may share ``grown``. A
     stiffness that is ``given`` needs ``layers``.
     """
     usable = [single for single in singles if single.events.contact is not None]
@@ -212,12 +212,7 @@ def _searched(usable: list[SegmentedRecording], form: str, count: int, grown: Gr
     ids = tuple(map(id, usable))
     if (form, ids) not in grown:
         cycles = binned_cycles([(single.recording, single.events) for single in usable], COARSE[form])
-        more = next((key for key in grown if key[0] == form and set(ids) < set(key[1])), None)
-        if more is not None:
-            grown[more], whole = itertools.tee(grown[more])
-            runs = [more[1].index(each) for each in ids]
-            grown[form, ids] = (to_runs(each, runs, cycles) for each in whole)
-        elif form == "as_fitted":
+        if form == "as_fitted":
             grown[form, ids] = grow(cycles, count)
         else:
             grown[form, ids] = made_passive(_searched(usable, "as_fitted", count, grown), count, form, cycles)

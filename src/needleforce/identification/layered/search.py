@@ -212,12 +212,6 @@ def refined(solved: Solved, cycles: tuple[BinnedCycle, ...]) -> Solved:
     return again(solved, solved.x, cycles=cycles)
 
 
-def to_runs(solved: Solved, runs: list[int], cycles: tuple[BinnedCycle, ...]) -> Solved:
-    """The fit to some of the ``runs`` alone, whose ``cycles`` are given, started at the fit to all of them."""
-    unknowns = replace(solved.problem.unknowns, runs=len(runs), times=relaxation_times(cycles))
-    return again(solved, at_runs(solved, runs), unknowns=unknowns, cycles=cycles)
-
-
 def at_runs(solved: Solved, runs: list[int]) -> np.ndarray:
     """The vector of a fit for some of its ``runs`` alone."""
     unknowns = solved.problem.unknowns
