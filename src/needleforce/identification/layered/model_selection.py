@@ -232,9 +232,9 @@ def stroke_evidence(
     if not both:
         return None
     shown = float(np.mean([each.gain(len(layered.parameters)) for each in both])) > VERY_STRONG_BIC
-    errors, predicted = [each.residuals for each in both], len(held_out) == len(both) >= MIN_REPEATS
-    if predicted:
-        errors = [each.held_out([*both[:k], *both[k + 1 :]], held_out[k]) for k, each in enumerate(both)]
+    errors = [each.held_out([*both[:k], *both[k + 1 :]], force) for k, (each, force) in enumerate(zip(both, held_out))]
+    predicted = len(errors) == len(both) >= MIN_REPEATS and None not in errors
+    errors = errors if predicted else [each.residuals for each in both]
     ours, theirs = np.array(errors).T
     needed = shown and not (predicted and predicts_as_well(ours, theirs))
     first, second = (float(np.exp(np.log(each).mean())) for each in (ours, theirs))
@@ -296,9 +296,9 @@ class _Compared:
         """Rms over the peak of what each model leaves."""
         return self._rms([each.left for each in self.strokes])
 
-    def held_out(self, others: list["_Compared"], layered: np.ndarray) -> tuple[float, float]:
+    def held_out(self, others: list["_Compared"], layered: np.ndarray) -> tuple[float, float] | None:
         """Rms errors over the peak: of the mean of the ``others``' one layer at the same depth, and of the ``layered``
-        force (n,) [N] that is predicted from them."""
+        force (n,) [N] that is predicted from them. None where the others have no depth in common with it."""
         left = []
         for k, stroke in enumerate(self.strokes):
             found = [other.strokes[k] for other in others if len(other.strokes) > k]
@@ -307,7 +307,7 @@ class _Compared:
                 mean = np.mean([_at(stroke.depth[known], each.depth, each.modelled[0]) for each in found], axis=0)
                 ours = stroke.measured[0][known] - mean
                 left.append((ours, (stroke.measured[1] - layered[stroke.samples])[known]))
-        return self._rms(left)
+        return self._rms(left) if left else None
 
     def _rms(self, left: list) -> tuple[float, float]:
         one, layered = (np.concatenate(each) / self.peak for each in zip(*left))
