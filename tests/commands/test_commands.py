@@ -11,22 +11,14 @@ import needleforce as nf
 
 
 @pytest.fixture(scope="module")
-def example(tmp_path_factory, root):
+def example(root):
     return root / "examples" / "insertion.csv"
 
 
 @pytest.fixture
 def document(example, tmp_path):
-    done = run(
-        "identify",
-        example,
-        "--json",
-        tmp_path / "out.json",
-        "--report",
-        tmp_path / "out.html",
-        "--save",
-        tmp_path / "mine.toml",
-    )
+    outputs = ["--json", tmp_path / "out.json", "--report", tmp_path / "out.html", "--save", tmp_path / "mine.toml"]
+    done = run("identify", example, *outputs)
     assert done.returncode == 0, done.stderr
     return json.loads((tmp_path / "out.json").read_text())
 

@@ -32,23 +32,20 @@ export compiler="clang++-19 -std=c++20 -O2 -g1 -fsanitize=address,undefined,floa
 plain="-O1 -fno-sanitize=all"
 objects=$folder/objects
 mkdir -p $objects
+# the C face as one unit: each of its files includes the engine
+printf "#include \"$PWD/bindings/c/needleforce%s.cpp\"\n" "" _bend _solid > $objects/face.cpp
 xargs -P 2 -L 1 bash -c '$compiler ${*:3} -fsanitize=fuzzer-no-link "-I$1/include" -c "$1/$0.cpp" -o "$2/$(basename "$0").o"' << END
 tests/proof/fuzz_bend . $objects
-bindings/c/needleforce . $objects
+$objects/face . $objects
 tests/proof/fuzz . $objects
 tests/proof/fuzz_live . $objects
 tests/proof/fuzz_solid . $objects
 bindings/c/needleforce $planted $planted $plain
 tests/proof/fuzz $planted $planted $plain
-bindings/c/needleforce_solid . $objects
-bindings/c/needleforce_bend . $objects
 END
 link() { $compiler -fsanitize=fuzzer "$@"; }
 link $planted/fuzz.o $planted/needleforce.o -o $planted/fuzz
-link $objects/fuzz.o $objects/needleforce.o -o $folder/fuzz
-link $objects/fuzz_live.o $objects/needleforce.o -o $folder/fuzz_live
-link $objects/fuzz_bend.o $objects/needleforce.o $objects/needleforce_bend.o -o $folder/fuzz_bend
-link $objects/fuzz_solid.o $objects/needleforce.o $objects/needleforce_solid.o $objects/needleforce_bend.o -o $folder/fuzz_solid
+for name in fuzz fuzz_live fuzz_bend fuzz_solid; do link $objects/$name.o $objects/face.o -o $folder/$name; done
 if $planted/fuzz -artifact_prefix=$planted/ $seeds/* > $folder/planted.log 2>&1; then
   echo "a step that takes NaN was not seen from the seeds"
   exit 1

@@ -10,7 +10,7 @@ import pytest
 import worker_tasks
 
 import needleforce as nf
-from needleforce.running import run_tasks, workers
+from needleforce.running import TaskError, run_tasks, workers
 
 distributed = pytest.importorskip("distributed", reason="distributed is an optional extra")
 
@@ -37,6 +37,11 @@ def test_the_tasks_of_a_worker_that_is_killed_are_done_by_another(cluster, tmp_p
             killed = process
             os.kill(process, signal.SIGKILL)
     assert sorted(found) == list(range(12)) and len(list(tmp_path.iterdir())) > 1
+
+
+def test_a_task_that_ends_its_worker_is_found():
+    found = dict(run_tasks(worker_tasks.deadly, range(20), block=3, jobs=2, scheduler="local"))
+    assert isinstance(found.pop(7), TaskError) and found == {k: k * k for k in range(20) if k != 7}
 
 
 def test_workers_with_other_versions_are_refused(cluster, monkeypatch):

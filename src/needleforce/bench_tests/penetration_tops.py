@@ -13,7 +13,6 @@ from .penetration_curve import NORMAL_95
 
 FIT_LENGTHS = (4, 6, 9, 13, 19, 28, 41, 60, 88, 129, 189, 277, 406, 595)  # [samples] of the fit at a peak
 MAX_SHIFT_SIGMA = 1.5  # [standard errors] by which a longer fit may move the peak
-SHIFTS = 2  # shorter fits whose difference is in the interval
 MAX_PLACES = 40  # places at which the fits before and after a peak may meet
 MAX_FIT_EXCESS = 2.0  # [standard errors] of the residual's variance over the noise, beyond which a fit is too long
 
@@ -75,9 +74,9 @@ def top_of(
             break
         if any(_has_moved(found, other, end - start + 1) for other in known):
             break
-        shift = max((abs(found.value - each.value) for each in known[-SHIFTS:]), default=0.0)
+        shift = max((abs(found.value - each.value) for each in known), default=0.0)
         known.append(found)
-        best = replace(found, error=float(np.hypot(found.error, shift)))  # the length was chosen, too
+        best = replace(found, error=float(np.hypot(found.error, shift)))  # the length was chosen: a kink is rounded
     after = min(best.at + 1, len(travel) - 1)
     growth = max(best.slope, 0.0) * max(float(travel[after] - travel[best.at]), 0.0)
     return Feature(

@@ -272,7 +272,7 @@ class _Work:
         reading = {row.name: self._settings[row.name] for row in fields(self.reading)}
         path = os.fsencode(task.file.path).hex()
         in_folder = _digest(task.file.path.with_name(IN_FOLDER))
-        return key_of("file", __version__, reading, path, stamp, in_folder, task.is_used, task.speeds)
+        return key_of("file", __version__, reading, (path, stamp, in_folder), (task.is_used, task.speeds))
 
     def _companions(self, path: Path) -> tuple[str, str]:
         """The digests of the files from which a recording takes its options and its motion; empty without them."""

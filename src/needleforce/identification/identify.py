@@ -305,7 +305,9 @@ def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
     first, and no parameter of a deeper layer is identifiable."""
     from .layered.model_selection import stroke_evidence
 
-    if fit.model is None or not one.choice or (evidence := stroke_evidence(one, fit, singles)) is None:
+    if fit.model is None or not one.choice:
+        return fit
+    if (evidence := stroke_evidence(one, fit, fit.held_out, singles)) is None:
         return fit
     sentence = evidence.sentence(one.choice[0].name, fit.settings.layers)
     if evidence.for_layers:

@@ -112,6 +112,7 @@ def _blocks(tasks: Iterable[Any], size: int) -> Iterator[Block]:
 def _found(workers: Workers, function: Callable, blocks: Iterator[Block]) -> Iterator[tuple[int, Any]]:
     waiting: dict[Future, Block] = {}
     again: deque[Block] = deque()
+    suspected: list[Block] = []
     while True:
         for _ in range(workers.window() - len(waiting)):
             block = again.popleft() if again else next(blocks, None)
@@ -119,7 +120,7 @@ def _found(workers: Workers, function: Callable, blocks: Iterator[Block]) -> Ite
                 break
             waiting[workers.submit(_attempts, function, block, workers.expected)] = block
         if not waiting:
-            return
+            break
         lost: list[Block] = []
         for future in wait(waiting, COUNT_S, FIRST_COMPLETED).done:
             block, error = waiting.pop(future), _error_of(future)
@@ -129,6 +130,8 @@ def _found(workers: Workers, function: Callable, blocks: Iterator[Block]) -> Ite
                 lost.append(block)
             elif len(block) > 1:  # which of its tasks it is
                 again += [[each] for each in block]
+            elif _is_killed(error):
+                suspected.append(block)
             else:
                 yield _failed(block[0][0], error)
         if lost:  # then all others are, too
@@ -138,6 +141,12 @@ def _found(workers: Workers, function: Callable, blocks: Iterator[Block]) -> Ite
             yield from (outcome for block in done for outcome in block)
             workers.restart()
             yield from _each_alone(function, [each for block in lost for each in block])
+    for block in suspected:  # others were on the worker that ended: each is done once more, with no other next to it
+        future = workers.submit(_attempts, function, block, workers.expected)
+        while not wait([future], COUNT_S).done:
+            workers.window()
+        error = _error_of(future)
+        yield from future.result() if error is None else [_failed(block[0][0], error)]
 
 
 def _error_of(future: Future) -> BaseException | None:
@@ -170,9 +179,14 @@ def _each_alone(function: Callable, tasks: Block) -> Iterator[tuple[int, Any]]:
 
 def _failed(index: int, error: BaseException) -> tuple[int, TaskError]:
     """The outcome of a task that returned nothing, not even an error."""
-    ended = isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
+    ended = isinstance(error, BrokenExecutor) or _is_killed(error)
     reason = "its process ended, also without others; the memory may not suffice" if ended else repr(error)
     return index, TaskError(reason)
+
+
+def _is_killed(error: BaseException) -> bool:
+    """Whether Dask gave up a task because several workers ended that had it."""
+    return type(error).__name__ == "KilledWorker"
 
 
 def _attempts(function: Callable, block: Block, expected: dict[str, str] | None = None) -> list[tuple[int, Any]]:

@@ -22,6 +22,7 @@ from ..vocabulary import __version__
 
 CONNECT_S = 10  # [s] within which a scheduler answers
 COUNT_S = 5.0  # [s] between two counts of a cluster's workers
+ABANDONED_S = 60.0  # [s] in which a cluster of this computer replaces workers that ended, if it does
 IN_FLIGHT = 2  # blocks for each worker: one is done, one waits
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # of linear algebra
 _log = logging.getLogger(__name__)
@@ -157,6 +158,7 @@ class Cluster(Workers):
 
     def __init__(self, scheduler: str, jobs: int | None):
         try:
+            import dask
             from distributed import Client, LocalCluster
         except ImportError:
             raise InputError("package distributed", "not installed", "it is needed for --scheduler",
@@ -164,7 +166,11 @@ class Cluster(Workers):
         self._started = ExitStack()
         if scheduler == "local":
             self._started.enter_context(_as_workers_start())  # also one that replaces another
-            local = LocalCluster(n_workers=jobs or processors(), threads_per_worker=1, dashboard_address="127.0.0.1:0")
+            # a task is given up when its worker ends once: ``run_tasks`` does it once more, alone
+            with dask.config.set({"distributed.scheduler.allowed-failures": 0}):
+                local = LocalCluster(
+                    n_workers=jobs or processors(), threads_per_worker=1, dashboard_address="127.0.0.1:0"
+                )
             self._started.enter_context(local)
         elif jobs is not None:
             raise InputError("jobs", jobs, f"the cluster at {scheduler} has its own workers", next_step="Leave it out.")
@@ -177,7 +183,7 @@ class Cluster(Workers):
         self._executor = self._client.get_executor(pure=False)
         self.expected = versions()
         self._threads: dict[str, int] = {}
-        self._counted = -COUNT_S
+        self._counted, self._seen, self._is_local = -COUNT_S, time.monotonic(), scheduler == "local"
         self.window()
         if not self._threads:
             _log.warning("The scheduler has no worker yet. The work starts when it has one.")
@@ -188,6 +194,12 @@ class Cluster(Workers):
             before, self._threads = self._threads, self._client.nthreads()
             self._check([each for each in self._threads if each not in before])
             self._counted = time.monotonic()
+            self._seen = self._counted if self._threads else self._seen
+            if before and not self._threads:
+                _log.warning("The scheduler has no worker any more. The work continues when it has one.")
+        if self._is_local and self._counted - self._seen > ABANDONED_S:
+            step = "Without a scheduler, the task that ends them is found and left out."
+            raise InputError("workers", "none", f"all ended, and none came for {ABANDONED_S:g} s", next_step=step)
         return IN_FLIGHT * max(sum(self._threads.values()), 1)
 
     def _check(self, addresses: list[str]) -> None:

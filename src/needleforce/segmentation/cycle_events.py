@@ -85,7 +85,7 @@ def cycle_events(
 ) -> CycleEvents:
     """The events of ``cycle`` in (n,) arrays of time [s], depth [m] and force [N] without outliers."""
     cut = _cut(depth, force, cycle, allowed)
-    begin, last = _ends(time, depth, force, cycle, allowed, cut)
+    begin, last = _ends(time, depth, force, cycle, allowed=allowed, cut=cut)
     stroke = cut.blocks
     free = 0 if begin is None else int(np.searchsorted(stroke.depth, begin.depth))
     if (begin is None or free) and _loaded_before(cut, depth, free, allowed):

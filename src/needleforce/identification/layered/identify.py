@@ -194,7 +194,10 @@ def identify_layered(
         quality=pooled_quality(recordings),
         warnings=(*warnings_of(singles, model, one_layer=False), *trouble, *warnings_on(ended, recordings, misfit)),
         held_fixed=held_fixed(ended),
-        unknown=(*not_identified(ended, parameters, known.undetermined), *known.correlations().sentences()),
+        unknown=(
+            *not_identified(ended, parameters, known.undetermined),
+            *(() if misfit.found else known.correlations().sentences()),  # of intervals that hold nothing
+        ),
         choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
         settings=layered_settings(best, tried, settings_of("cone_cylinder", given.needle, singles)),
         ruptures=found,

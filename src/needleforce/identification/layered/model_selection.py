@@ -3,7 +3,7 @@
 with one layer over insertion and withdrawal."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,9 +26,6 @@ from .parameters import (
 from .prediction import expectation
 from .problem import REFUSED_RESIDUAL
 from .search import Solved, again, at_runs, with_saturation
-
-if TYPE_CHECKING:
-    from .identify import LayeredFit
 
 MAX_ERROR_RATIO = 1.02  # over the smallest error: a smaller difference matters to nobody
 MIN_HOLD_BINS, MAX_T = 6, 3.6  # Student's quantile of 0.1 % with 20 degrees of freedom
@@ -219,8 +216,11 @@ class StrokeEvidence:
         return f"{compared}one layer describes these recordings as well or better. Give model='{law}'.{deeper}"
 
 
-def stroke_evidence(one: Fit, layered: "LayeredFit", singles: list[SegmentedRecording]) -> StrokeEvidence | None:
+def stroke_evidence(
+    one: Fit, layered: Fit, held_out: tuple[np.ndarray, ...], singles: list[SegmentedRecording]
+) -> StrokeEvidence | None:
     """The evidence of the recordings that both models describe, over the strokes that both describe; None without one.
+    ``held_out`` is the layered model's force [N] for each recording that it was not given, if there are repeats.
 
     A force that relaxes at rest is no evidence for layers, and so the hold is left out. Layers have a friction of their
     own in each direction, a surface from which it counts, and no cutting force; one layer is given a line in each
@@ -232,9 +232,9 @@ def stroke_evidence(one: Fit, layered: "LayeredFit", singles: list[SegmentedReco
     if not both:
         return None
     shown = float(np.mean([each.gain(len(layered.parameters)) for each in both])) > VERY_STRONG_BIC
-    errors, predicted = [each.residuals for each in both], len(layered.held_out) == len(both) >= MIN_REPEATS
-    if predicted:
-        errors = [each.held_out([*both[:k], *both[k + 1 :]], layered.held_out[k]) for k, each in enumerate(both)]
+    errors = [each.held_out([*both[:k], *both[k + 1 :]], force) for k, (each, force) in enumerate(zip(both, held_out))]
+    predicted = len(errors) == len(both) >= MIN_REPEATS and None not in errors
+    errors = errors if predicted else [each.residuals for each in both]
     ours, theirs = np.array(errors).T
     needed = shown and not (predicted and predicts_as_well(ours, theirs))
     first, second = (float(np.exp(np.log(each).mean())) for each in (ours, theirs))
@@ -296,9 +296,9 @@ class _Compared:
         """Rms over the peak of what each model leaves."""
         return self._rms([each.left for each in self.strokes])
 
-    def held_out(self, others: list["_Compared"], layered: np.ndarray) -> tuple[float, float]:
+    def held_out(self, others: list["_Compared"], layered: np.ndarray) -> tuple[float, float] | None:
         """Rms errors over the peak: of the mean of the ``others``' one layer at the same depth, and of the ``layered``
-        force (n,) [N] that is predicted from them."""
+        force (n,) [N] that is predicted from them. None where the others have no depth in common with it."""
         left = []
         for k, stroke in enumerate(self.strokes):
             found = [other.strokes[k] for other in others if len(other.strokes) > k]
@@ -307,7 +307,7 @@ class _Compared:
                 mean = np.mean([_at(stroke.depth[known], each.depth, each.modelled[0]) for each in found], axis=0)
                 ours = stroke.measured[0][known] - mean
                 left.append((ours, (stroke.measured[1] - layered[stroke.samples])[known]))
-        return self._rms(left)
+        return self._rms(left) if left else None
 
     def _rms(self, left: list) -> tuple[float, float]:
         one, layered = (np.concatenate(each) / self.peak for each in zip(*left))

@@ -42,7 +42,7 @@ NAMES = {
     RESTING_SURFACE: "resting_surface",
 }
 OF_A_RUPTURE = ("friction_per_length", "tissue_stiffness", "rupture_length", "resting_surface", "puncture_indentation")
-WHERE = ("contact_depth", "top", "puncture_depth", "puncture_indentation")
+WHERE = ("contact_depth", "top", "puncture_depth")
 DERIVED = ("contact_stiffness", "puncture_indentation")
 MAX_LOG, MAX_LOG_HALF = 300.0, 7.0  # of draws; of a half width: more than a factor of 1000 is no interval
 

@@ -23,7 +23,8 @@ _ROWS = "recording/formats/detect.py"
 _STORAGE = ("*.db3", "*.mcap")  # files of a ROS 2 bag
 
 _EXCEL = {"module": ".excel", "limited": True, "bytes_per_s": 1e6, "package": "python_calamine"}  # of objects: slow
-_HDF5 = {"module": ".hdf5", "limited": True, "package": "h5py", "extra": "labs"}
+_LABS = {"limited": True, "extra": "labs"}
+_HDF5 = {"module": ".hdf5", "package": "h5py", **_LABS}
 
 
 def _is_json(start: bytes) -> bool:
@@ -66,9 +67,8 @@ FORMATS = (
         name="a JPK force curve",
         suffixes=(".jpk-force", ".jpk-force-map"),
         member=b"header.properties",
-        limited=True,
         package="afmformats",
-        extra="labs",
+        **_LABS,
     ),
     Format(module=".numpy_arrays", name="NumPy (npz)", suffixes=(".npz",), member=b".npy"),
     Format(module=".numpy_arrays", name="NumPy (npy)", suffixes=(".npy",), starts=(b"\x93NUMPY",)),
@@ -83,37 +83,20 @@ FORMATS = (
     ),
     Format(name="HDF5", suffixes=(".h5", ".hdf5"), starts=(b"\x89HDF",), **_HDF5),
     Format(name="MATLAB 7.3", suffixes=(".mat",), starts=(b"MATLAB 7.3",), **_HDF5),
-    Format(
-        module=".tdms",
-        name="TDMS (LabVIEW)",
-        suffixes=(".tdms",),
-        starts=(b"TDSm",),
-        limited=True,
-        package="nptdms",
-        extra="labs",
-    ),
+    Format(module=".tdms", name="TDMS (LabVIEW)", suffixes=(".tdms",), starts=(b"TDSm",), package="nptdms", **_LABS),
     Format(
         module=".nanosurf",
         name="a Nanosurf file (nid)",
         suffixes=(".nid",),
         starts=(b"[DataSet]",),
-        limited=True,
         package="NSFopen",
-        extra="labs",
+        **_LABS,
     ),
     Format(module=".lvm", name="LabVIEW measurement (lvm)", suffixes=(".lvm",), starts=(b"LabVIEW Measurement",)),
     JSON,
     Format(module=".matlab", name="MATLAB 5", suffixes=(".mat",), starts=(b"MATLAB 5.0",), limited=True),
     Format(module=".matlab", name="MATLAB 4", suffixes=(".mat",), matches=_is_matlab4, limited=True),
-    Format(
-        module=".igor",
-        name="an Igor wave (ibw)",
-        suffixes=(".ibw",),
-        matches=_is_igor,
-        limited=True,
-        package="igor2",
-        extra="labs",
-    ),
+    Format(module=".igor", name="an Igor wave (ibw)", suffixes=(".ibw",), matches=_is_igor, package="igor2", **_LABS),
     Format(name="MCAP", suffixes=(".mcap",), starts=(MCAP,), log=True),
     Format(name="a ROS 1 bag", suffixes=(".bag",), starts=(b"#ROSBAG",), log=True),
     Format(
