@@ -59,7 +59,7 @@ def _listed(sources: Any) -> list:
 
 def _different(recordings: list[Recording]) -> None:
     """Raises InputError for readings given twice, which would count as a repeat and make the intervals too narrow."""
-    for k, first in copies(recordings).items():
+    for k, first in copies(recordings).items() if len(recordings) > 1 else ():
         one, other = recordings[k].card, recordings[first].card
         what = (
             "the same bytes as"

@@ -94,7 +94,17 @@ def factors_of(question: Any, document: dict, folder: Path) -> list[Factor]:
         group = section.table if section.distribution == "campaign" else ""
         spread = {"uniform": "ends", "normal": "tails", "log-normal": "tails"}.get(section.distribution, "each")
         levels = count if spread == "each" else section.levels or count
-        found.append(Factor(section.name, place, values, to_si_of_name, levels, spread, group))
+        found.append(
+            Factor(
+                name=section.name,
+                place=place,
+                values=values,
+                to_si=to_si_of_name,
+                levels=levels,
+                spread=spread,
+                group=group,
+            )
+        )
     return found
 
 

@@ -99,7 +99,7 @@ def run_of(
     """The run of a model along a motion, and the time between two samples [s]. Raises InputError if a sample has no
     force."""
     dt, depth, velocity = sampled_motion(section, changes)
-    run, status = _run(setting.question, model, changes, depth, velocity, dt, solid)
+    run, status = _run(setting.question, model, changes, depth=depth, velocity=velocity, dt=dt, solid=solid)
     if np.any(status):
         words, place = list(Status), int(np.flatnonzero(status)[0])
         number = int(status[place])
@@ -179,12 +179,12 @@ def sampled_motion(section: MotionSection, changes: dict) -> tuple[float, np.nda
         for key in ("start_mm", "speed_mm_s", "depth_mm", "hold_s", "acceleration_mm_s2")
     }
     motion = Motion.insert(
-        1e-3 * given["start_mm"],
-        1e-3 * given["speed_mm_s"],
-        1e-3 * given["depth_mm"],
-        given["hold_s"],
-        section.withdraw,
-        1e-3 * given["acceleration_mm_s2"],
+        start=1e-3 * given["start_mm"],
+        speed=1e-3 * given["speed_mm_s"],
+        depth=1e-3 * given["depth_mm"],
+        hold=given["hold_s"],
+        withdraw=section.withdraw,
+        acceleration=1e-3 * given["acceleration_mm_s2"],
     )
     count = math.floor(motion.duration * section.rate_hz) + 1
     if not 2 <= count <= MAX_SAMPLES:
@@ -195,7 +195,14 @@ def sampled_motion(section: MotionSection, changes: dict) -> tuple[float, np.nda
 
 
 def _run(
-    question: Question, model: Model, changes: dict, depth: np.ndarray, velocity: np.ndarray, dt: float, solid: Any
+    question: Question,
+    model: Model,
+    changes: dict,
+    *,
+    depth: np.ndarray,
+    velocity: np.ndarray,
+    dt: float,
+    solid: Any,
 ) -> tuple[Run, np.ndarray]:
     """The run along a motion, and the status of each sample."""
     steps = np.full(len(depth), dt)

@@ -63,7 +63,6 @@ class Output:
     points: int
     low: float | None
     high: float | None
-    settings: Any = None
 
     @property
     def kind(self) -> OutputKind:
@@ -93,7 +92,14 @@ def output_of(section: Any) -> Output:
     named = section.quantity if section.depth_mm is None else f"{section.quantity}_{section.depth_mm:g}_mm"
     factor = scale(1e-3, OUTPUTS[section.quantity].unit)[0]
     low, high = (None if limit is None else limit / factor for limit in (section.low, section.high))
-    return Output(section.quantity, section.name or named, depth, section.points, low, high)
+    return Output(
+        quantity=section.quantity,
+        name=section.name or named,
+        depth=depth,
+        points=section.points,
+        low=low,
+        high=high,
+    )
 
 
 def _puncture_depth(run: Run, output: Output) -> float:

@@ -75,7 +75,15 @@ def posterior_of(document: dict, name: str) -> Posterior:
     names = tuple(each["name"] for each in estimates)
     needle = preset_of(document["preset"]).needle
     root = _root(_matrix(names, document.get("correlations")))
-    return Posterior(names, values, np.maximum(below, 0.0), np.maximum(above, 0.0), root, model, needle)
+    return Posterior(
+        names=names,
+        values=values,
+        below=np.maximum(below, 0.0),
+        above=np.maximum(above, 0.0),
+        root=root,
+        model=model,
+        needle=needle,
+    )
 
 
 def _matrix(names: tuple[str, ...], correlations: dict | None) -> np.ndarray:

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 """How much each factor contributes to an output: indices of Sobol, Morris and delta, by SALib, with their intervals."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .rows import MORRIS_LEVELS, problem, salib
 
 CONFIDENCE = 0.95
-RESAMPLES = 1000  # of the bootstrap for the intervals
+RESAMPLES, DELTA_RESAMPLES = 1000, 100  # of the bootstrap for the intervals; delta takes long
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,28 +75,38 @@ def _sobol(columns: list[str], rows: np.ndarray, values: np.ndarray, interaction
         conf_level=CONFIDENCE,
         seed=seed,
     )
-    pairs = np.full((len(columns), len(columns)), np.nan)
-    if interactions:
-        pairs = np.where(np.isfinite(found["S2"]), found["S2"], np.transpose(found["S2"]))
-    return Sensitivity(tuple(columns), found["S1"], found["S1_conf"], found["ST"], found["ST_conf"], pairs, len(rows))
+    made = _made(columns, rows, main=(found["S1"], found["S1_conf"]), total=(found["ST"], found["ST_conf"]))
+    if not interactions:
+        return made
+    return replace(made, pairs=np.where(np.isfinite(found["S2"]), found["S2"], np.transpose(found["S2"])))
 
 
 def _morris(columns: list[str], rows: np.ndarray, values: np.ndarray, interactions: bool, seed: int) -> Sensitivity:
     found = salib("analyze.morris").analyze(
         problem(columns), rows, values, num_levels=MORRIS_LEVELS, num_resamples=RESAMPLES, seed=seed
     )
-    pairs = np.full((len(columns), len(columns)), np.nan)
-    main, total = np.asarray(found["mu"]), np.asarray(found["mu_star"])
-    return Sensitivity(
-        tuple(columns), main, np.asarray(found["sigma"]), total, np.asarray(found["mu_star_conf"]), pairs, len(rows)
-    )
+    main, total = (found["mu"], found["sigma"]), (found["mu_star"], found["mu_star_conf"])
+    return _made(columns, rows, main=main, total=total)
 
 
 def _delta(columns: list[str], rows: np.ndarray, values: np.ndarray, interactions: bool, seed: int) -> Sensitivity:
-    found = salib("analyze.delta").analyze(problem(columns), rows, values, num_resamples=100, seed=seed)
+    found = salib("analyze.delta").analyze(problem(columns), rows, values, num_resamples=DELTA_RESAMPLES, seed=seed)
+    total = found["delta_raw"], found["delta_raw_conf"]
+    return _made(columns, rows, main=(found["S1"], found["S1_conf"]), total=total)
+
+
+def _made(columns: list[str], rows: np.ndarray, *, main: tuple, total: tuple) -> Sensitivity:
+    """From the two indices and their errors, without those of pairs."""
+    main, main_error, total, total_error = (np.asarray(each, float) for each in (*main, *total))
     pairs = np.full((len(columns), len(columns)), np.nan)
     return Sensitivity(
-        tuple(columns), found["S1"], found["S1_conf"], found["delta_raw"], found["delta_raw_conf"], pairs, len(rows)
+        names=tuple(columns),
+        main=main,
+        main_error=main_error,
+        total=total,
+        total_error=total_error,
+        pairs=pairs,
+        rows=len(rows),
     )
 
 

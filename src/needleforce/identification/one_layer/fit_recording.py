@@ -22,7 +22,6 @@ from .gradual_fit import FirstLayer, fit_gradual
 from .loading_curves import FITS
 from .model_errors import widen_to_cover, widened, with_misfit_below
 from .segmented_recording import STAGE, SegmentedRecording, segmented, without_drift
-from .sharp_rupture import end_of_layer
 from .staged_fit import agrees, fit_by_stages
 
 WINDOW_MARGIN_M = 0.05e-3  # [m] beyond the samples between which segmentation finds the puncture
@@ -141,7 +140,7 @@ def _gradual(
     complete, _, _ = without_drift(recording, events, strokes_of(recording, sharp))
     peak = _peak_sample(single)
     second = complete.place_in(_place(recording, events.punctures[1])) if len(events.punctures) > 1 else None
-    end = end_of_layer(complete, complete.place_in(max(events.punctures[0].end, peak + 1)), second)
+    end = _end_of_layer(complete, complete.place_in(max(events.punctures[0].end, peak + 1)), second)
     layer = FirstLayer(
         strokes=complete,
         reduced=single.strokes,
@@ -303,3 +302,11 @@ def limited(single: SegmentedRecording, law: str) -> CycleFit:
 def peak_force(single: SegmentedRecording) -> float:
     """The largest measured force of the insertion [N]."""
     return float(np.max(single.strokes.force_in, initial=0.0))
+
+
+def _end_of_layer(strokes: Strokes, first: int, second: int | None) -> int:
+    """Where the insertion of the first layer ends: at its least force between the end of the fall, sample ``first``,
+    and the peak of the ``second`` puncture, as from there on the next layer is pressed in."""
+    if second is None or second <= first + 1:
+        return len(strokes.depth_in)
+    return first + int(np.argmin(strokes.force_in[first:second])) + 1

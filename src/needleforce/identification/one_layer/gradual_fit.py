@@ -28,9 +28,10 @@ from .gradual_search import (
     columns,
     not_negative,
     refined,
+    refuse_sharp,
+    sharp_free,
 )
 from .loading_curves import FITS
-from .sharp_rupture import refuse_sharp, sharp_free
 from .staged_fit import MAX_CONTACT_SHIFT
 
 MIN_SHARE = 0.05  # of the contact that the rupture loses; below, nothing ruptures
