@@ -14,6 +14,7 @@ from needleforce.studies.sensitivity import sensitivity
 
 FRICTION = {"name": "friction.per_length_N_per_mm", "low": 0.01, "high": 0.03}
 CUTTING = {"name": "cutting.force_N", "distribution": "normal", "mean": 0.08, "sd": 0.02}
+COLUMNS = ["friction.per_length", "cutting.force", "puncture.depth", "motion.speed"]
 DEEP = {"quantity": "force_at_depth", "depth_mm": 15.0}
 
 
@@ -76,11 +77,11 @@ def test_factors_have_their_distributions():
         {"name": "motion.speed_mm_s", "distribution": "choices", "choices": [1.0, 3.0]},
     ]
     table = nf.study(asked({"samples": 1024}, factor=factors), jobs=1).to_dataframe()
-    friction, cutting, depth, speed = (table[each["name"]].to_numpy(float) for each in factors)
+    friction, cutting, depth, speed = (table[name].to_numpy(float) for name in COLUMNS)
     assert friction.min() >= 10.0 and friction.max() <= 30.0 and friction.mean() == pytest.approx(20.0, rel=0.01)
     assert cutting.mean() == pytest.approx(0.08, rel=0.01) and cutting.std() == pytest.approx(0.02, rel=0.03)
     assert depth.max() <= 6e-3 and np.mean(np.log(depth[depth < 3e-3] / 3e-3)) < 0.0
-    assert np.mean(speed == 1.0) == pytest.approx(0.5, abs=0.01)
+    assert np.mean(speed == 1e-3) == pytest.approx(0.5, abs=0.01)
     expected = 15e-3 * friction + cutting
     np.testing.assert_allclose(table["force_at_depth_15_mm"], expected, rtol=1e-9)
 
@@ -92,7 +93,7 @@ def test_a_grid_has_every_combination():
     ]
     table = nf.study(asked({"method": "grid"}, factor=factors), jobs=1).to_dataframe()
     assert len(table) == 6
-    assert sorted(set(table[FRICTION["name"]])) == pytest.approx([10.0, 20.0, 30.0])
+    assert sorted(set(table[COLUMNS[0]])) == pytest.approx([10.0, 20.0, 30.0])
 
 
 def test_the_result_does_not_depend_on_processes_and_continues(tmp_path):
@@ -124,7 +125,7 @@ def test_draws_of_a_fit_have_its_intervals_and_correlations(tmp_path):
         {"name": name, "value": value, "low": low, "high": high} for name, (value, low, high) in rows.items()
     ]
     document["correlations"] = {"names": list(rows)[:2], "matrix": [[1.0, -0.8], [-0.8, 1.0]]}
-    document["model"] = "paper"
+    document["model"] = "identified_cone"
     (tmp_path / "fit.json").write_text(json.dumps(document), encoding="utf-8")
     outputs = [{"quantity": "force_at_depth", "depth_mm": depth} for depth in (10.0, 18.0)]
     (tmp_path / "study.toml").write_text(
@@ -141,10 +142,11 @@ def test_draws_of_a_fit_have_its_intervals_and_correlations(tmp_path):
 
 
 def test_values_of_a_campaign_stay_together(tmp_path):
-    lines = ["specimen,file,quantity,value"]
-    for k in range(4):
-        lines += [f"s{k},,friction_per_length,{10.0 + k}", f"s{k},,cutting_force,{0.05 + 0.01 * k}"]
-        lines += [f"s{k},a.csv,cutting_force,99"]  # a row of one recording is none of the condition
+    lines = ["specimen,file,quantity,value,unit,identifiable"]
+    for k in range(5):
+        known = k < 4  # the fifth condition does not identify its friction
+        lines += [f"s{k},,friction_per_length,{10.0 + k},N/m,{known}", f"s{k},,cutting_force,{0.05 + 0.01 * k},N,True"]
+        lines += [f"s{k},a.csv,cutting_force,99,N,True"]  # a row of one recording is none of the condition
     (tmp_path / "table.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     of_table = {"distribution": "campaign", "table": str(tmp_path / "table.csv")}
     factors = [
@@ -152,8 +154,51 @@ def test_values_of_a_campaign_stay_together(tmp_path):
         {"name": CUTTING["name"], "quantity": "cutting_force", **of_table},
     ]
     table = nf.study(asked({"samples": 64}, factor=factors), jobs=1).to_dataframe()
-    np.testing.assert_allclose(table[CUTTING["name"]], 0.05 + 0.01 * (table[FRICTION["name"]] - 10.0))
-    assert table[FRICTION["name"]].nunique() == 4
+    np.testing.assert_allclose(table[COLUMNS[1]], 0.05 + 0.01 * (table[COLUMNS[0]] - 10.0))
+    assert table[COLUMNS[0]].nunique() == 4
+
+
+def test_a_campaign_in_another_unit_is_refused(tmp_path):
+    rows = [f"s{k},,stiffness_coefficient,{k},N/m^2,True" for k in (1, 2)]
+    text = "\n".join(["specimen,file,quantity,value,unit,identifiable", *rows])
+    (tmp_path / "table.csv").write_text(text, encoding="utf-8")
+    factor = {"distribution": "campaign", "table": str(tmp_path / "table.csv"), "quantity": "stiffness_coefficient"}
+    with pytest.raises(InputError, match=r"N/m\^2"):
+        nf.study(asked(factor=[factor | {"name": FRICTION["name"]}]), jobs=1)
+
+
+def test_a_real_fit_gives_a_posterior(tmp_path, root):
+    fit = nf.identify(nf.read(root / "examples" / "insertion.csv"))
+    (tmp_path / "fit.json").write_text(fit.to_json(), encoding="utf-8")
+    question = asked({"samples": 32}, factor=[], posterior=True, model={"fit": str(tmp_path / "fit.json")})
+    table = nf.study(question, jobs=1).to_dataframe()
+    friction, cutting = (fit.parameters[name].value for name in ("friction_per_length", "cutting_force"))
+    assert not any(table["why"]) and table["force_at_depth_15_mm"].std() > 0.0
+    assert table["force_at_depth_15_mm"].mean() == pytest.approx(15e-3 * friction + cutting, rel=0.1)
+
+
+def test_a_folder_knows_its_files_and_its_blocks(tmp_path, root):
+    preset = tmp_path / "mine.toml"
+    preset.write_text((root / "src/needleforce/presets/paper.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    question = asked({"samples": 1024}, model={"preset": str(preset)})
+    first = nf.study(question, jobs=1, out=tmp_path / "out").columns
+    block = tmp_path / "out" / "blocks" / "000001.parquet"
+    for content in (block.read_bytes()[:900], (block.parent / "000000.parquet").read_bytes()):
+        block.write_bytes(content)
+        again = nf.study(question, jobs=1, out=tmp_path / "out").columns
+        np.testing.assert_array_equal(again["force_at_depth_15_mm"], first["force_at_depth_15_mm"])
+    preset.write_text(preset.read_text(encoding="utf-8").replace("depth_mm = 3.237", "depth_mm = 4"), encoding="utf-8")
+    with pytest.raises(InputError, match="files that changed"):
+        nf.study(question, jobs=1, out=tmp_path / "out")
+    (tmp_path / "out" / "study.json").write_text("{", encoding="utf-8")
+    with pytest.raises(InputError, match="damaged"):
+        nf.study(question, jobs=1, out=tmp_path / "out")
+
+
+def test_a_distribution_that_is_cut_stays_within_its_limits():
+    tail = {"name": "cutting.force_N", "distribution": "normal", "mean": 0.02, "sd": 0.001, "low": 0.029}
+    drawn = nf.study(asked({"samples": 256}, factor=[tail]), jobs=1).to_dataframe()["cutting.force"]
+    assert drawn.min() >= 0.029 and drawn.max() < 0.033
 
 
 def test_a_learning_set_shows_the_sensor_and_keeps_specimens_apart(tmp_path):
@@ -170,7 +215,7 @@ def test_a_learning_set_shows_the_sensor_and_keeps_specimens_apart(tmp_path):
         assert np.std(force[phase == 0]) == pytest.approx(noise, rel=0.5)
         cutting = depth > row["puncture_depths"][0] + 1e-3
         inwards = cutting & (phase == list(nf.Phase).index(nf.Phase.insertion))
-        expected = row[FRICTION["name"]] * depth + row[CUTTING["name"]]
+        expected = row[COLUMNS[0]] * depth + row[COLUMNS[1]]
         assert np.abs(np.mean((force - expected)[inwards])) < 5.0 * noise / np.sqrt(inwards.sum())
 
 
@@ -258,6 +303,30 @@ REFUSED = [
     ({"model": {"preset": "paper", "fit": "a.json"}}, "one of the two"),
     ({"study": {"method": "design"}}, "design"),
     ({"recordings": {}}, "folder"),
+    ({"recordings": {"samples": 0}}, "samples"),
+    ({"recordings": {"noise_N": -1.0}}, "noise_N"),
+    ({"recordings": {"drift_N_per_s": math.inf}}, "drift"),
+    ({"study": {"seed": -1}}, "seed"),
+    ({"motion": []}, "motion"),
+    ({"output": []}, "output"),
+    ({"motion": [{"rate_hz": math.nan}]}, "rate_hz"),
+    ({"output": [DEEP | {"name": "why"}]}, "name of the output"),
+    ({"output": [DEEP | {"name": "../a"}]}, "name of the output"),
+    ({"output": [DEEP | {"low": 2.0, "high": 1.0}]}, "low is above high"),
+    ({"output": [{"quantity": "work", "depth_mm": 3.0}]}, "force_at_depth"),
+    ({"output": [DEEP | {"depth_mm": 25.0}]}, "no motion reaches"),
+    ({"factor": [FRICTION, {"name": "friction.per_length_N_per_m", "low": 1.0, "high": 2.0}]}, "same value"),
+    ({"factor": [FRICTION, {"name": "layer_1.friction.per_length_N_per_m", "low": 1.0, "high": 2.0}]}, "same value"),
+    ({"factor": [FRICTION | {"mean": 1.0}]}, "mean is given"),
+    (
+        {
+            "factor": [
+                {"name": "model.preset", "distribution": "choices", "choices": ["paper", "okamura_liver"]},
+                FRICTION,
+            ]
+        },
+        "no such value",
+    ),
 ]
 
 

@@ -44,3 +44,5 @@ def run(
         say(f"written: {given.out}")
     if given.json != "-":
         show(str(result))
+    if result.is_empty:
+        raise typer.Exit(1)

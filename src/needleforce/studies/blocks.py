@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..files import atomic_write, json_safe
+from ..files import atomic_write, digest, json_safe, read_text
 from ..recording.formats.parquet import pyarrow_for
 from ..state_folder import StateFolder, key_of
 from ..vocabulary import __version__
@@ -25,10 +25,11 @@ class BlockFolder:
     Raises InputError for a folder of another study or version, or one in which another program works.
     """
 
-    def __init__(self, path: Path, question: Question):
+    def __init__(self, path: Path, question: Question, inputs: dict):
         pyarrow_for("a study's result")
-        self.path, self._question = path, question
-        card = {"study": question.document(), "digest": question.digest(), "needleforce": __version__}
+        asked = {"study": question.document(), "inputs": inputs}
+        self.path, self._digest = path, key_of(json_safe(asked))
+        card = {**asked, "digest": self._digest, "needleforce": __version__}
         if (path / CARD).exists():
             self._compare(card)
         elif path.exists() and any(path.iterdir()):
@@ -47,10 +48,15 @@ class BlockFolder:
 
     def _compare(self, card: dict) -> None:
         """Raise InputError if the folder's card is that of another question or version."""
-        found = json.loads((self.path / CARD).read_text(encoding="utf-8"))
-        for key, what in (("digest", "another study"), ("needleforce", f"version {found.get('needleforce')}")):
+        step = "Give another folder, or remove this one."
+        try:
+            found = json.loads(read_text(self.path / CARD, "card of the study"))
+            version = found["needleforce"]
+        except (ValueError, TypeError, KeyError):
+            raise InputError("folder of the study", str(self.path), f"{CARD} is damaged", next_step=step) from None
+        for key, what in (("needleforce", f"version {version}"), ("digest", "another study, or of files that changed")):
             if found.get(key) != card[key]:
-                limit, step = f"it holds the result of {what}", "Give another folder, or remove this one."
+                limit = f"it holds the result of {what}"
                 raise InputError("folder of the study", str(self.path), limit, next_step=step)
 
     def done(self, blocks: int) -> dict[int, dict[str, np.ndarray]]:
@@ -60,7 +66,7 @@ class BlockFolder:
         found = {}
         for number in range(blocks):
             kept = self._state.result(self._key(number))
-            if kept is not None and self._file(number).exists():
+            if kept is not None and self._file(number).is_file() and kept == digest(self._file(number)).encode():
                 table = parquet.read_table(self._file(number))
                 found[number] = {name: _array(table[name]) for name in table.column_names}
         return found
@@ -68,11 +74,12 @@ class BlockFolder:
     def write(self, number: int, columns: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Write a block in full or not at all, and return it."""
         _write_parquet(self._file(number), columns)
-        self._state.keep(self._key(number), b"", task="block", number=number, rows=len(columns["number"]))
+        content = digest(self._file(number)).encode()
+        self._state.keep(self._key(number), content, task="block", number=number, rows=len(columns["number"]))
         return columns
 
     def _key(self, number: int) -> str:
-        return key_of(self._question.digest(), __version__, number)
+        return key_of(self._digest, __version__, number)
 
     def write_recordings(self, number: int, columns: dict[str, np.ndarray], kind: str) -> dict[str, np.ndarray]:
         """Write the recordings of a block, a file for each part of the learning set; returns the columns of the

@@ -140,6 +140,8 @@ class DesignResult(Result):
         filled = [np.where(np.isfinite(each[:, parameter]), each[:, parameter], np.inf) for each in self.widths]
         return np.array([np.percentile(each, [50, 10, 90], method="lower") for each in filled])
 
+    is_empty = False  # such a design is refused
+
     def order(self) -> np.ndarray:
         """The candidates, that with the narrowest first parameter first."""
         return np.argsort(self.expected(0)[:, 0], kind="stable")

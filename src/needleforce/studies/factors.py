@@ -2,6 +2,7 @@
 """Factors: which value of the model or the motion each one is, and its values from numbers between 0 and 1."""
 
 import math
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,18 +16,21 @@ from ..models.laws import FAMILIES, law_called
 from ..preset_files.schema import ENDINGS, TOP, keys, si_key, tips, to_si
 
 MOTION_KEYS = {
-    "start_mm": 1e-3,
-    "speed_mm_s": 1e-3,
-    "depth_mm": 1e-3,
-    "hold_s": 1.0,
-    "acceleration_mm_s2": 1e-3,
+    "start_mm": (1e-3, "m"),
+    "speed_mm_s": (1e-3, "m/s"),
+    "depth_mm": (1e-3, "m"),
+    "hold_s": (1.0, "s"),
+    "acceleration_mm_s2": (1e-3, "m/s^2"),
 }
+MODEL, MODEL_PLACE = "model.preset", ("model", "preset")
+"""Name and place of the factor whose values are presets."""
 BENDING_KEYS = {
-    "foundation_kPa": 1e3,
-    "bevel_half_angle_deg": math.pi / 180.0,
-    "bevel_friction": 1.0,
-    "bevel_face_share": 1.0,
+    "foundation_kPa": (1e3, "Pa"),
+    "bevel_half_angle_deg": (math.pi / 180.0, "rad"),
+    "bevel_friction": (1.0, "1"),
+    "bevel_face_share": (1.0, "1"),
 }
+"""Key of the motion or the bending -> its factor to SI, and the unit."""
 # ending of a name -> unit as on an axis, the longest first
 _UNITS = {
     each: each.replace("_per_", "/").removeprefix("per_").replace("m2", "m²").replace("m/s", "m/s").replace("_", " ")
@@ -47,6 +51,8 @@ class Factor:
     ----------
     name : str
         As in the study file, such as ``layer_2.friction.per_length_N_per_mm``.
+    column : str
+        Its column in the table of the result, whose values are in SI: ``layer_2.friction.per_length``.
     place : tuple of (str or int)
         Where the value stands in the preset, the motion or the bending.
     values : callable
@@ -62,6 +68,7 @@ class Factor:
     """
 
     name: str
+    column: str
     place: tuple[str | int, ...]
     values: Callable[[np.ndarray], np.ndarray]
     to_si: Callable[[Any], Any]
@@ -84,28 +91,53 @@ def factors_of(question: Any, document: dict, folder: Path) -> list[Factor]:
 
     Raises InputError for a name that neither the model nor the motion has, or a distribution without its numbers.
     """
-    found = []
-    for section in question.factor:
-        place, to_si_of_name, unit = _place(section.name, question, document)
-        if section.distribution == "campaign":
-            values, count = _of_conditions(_population(section.table, question, folder)[section.quantity] / unit)
-        else:
-            values, count = _DISTRIBUTIONS[section.distribution](section)
-        group = section.table if section.distribution == "campaign" else ""
-        spread = {"uniform": "ends", "normal": "tails", "log-normal": "tails"}.get(section.distribution, "each")
-        levels = count if spread == "each" else section.levels or count
-        found.append(
-            Factor(
-                name=section.name,
-                place=place,
-                values=values,
-                to_si=to_si_of_name,
-                levels=levels,
-                spread=spread,
-                group=group,
-            )
-        )
+    found = [_factor(section, question, document, folder) for section in question.factor]
+    for number, factor in enumerate(found):
+        same = next((each for each in found[:number] if each.place == factor.place), None)
+        if same is not None:
+            limit = f"it is the same value as {same.name}"
+            raise InputError("factor", repr(factor.name), limit, next_step="Keep one of the two.")
     return found
+
+
+def _factor(section: Any, question: Any, document: dict, folder: Path) -> Factor:
+    place, to_si_of_name, unit = _place(section.name, question, document)
+    _check_keys(section)
+    if section.distribution == "campaign":
+        taken = _population(section.table, question, folder)[section.quantity]
+        if taken.unit != unit:
+            limit = f"{section.quantity} is in {taken.unit}, the factor in {unit}"
+            raise InputError("factor", repr(section.name), limit, next_step="Give the quantity of this parameter.")
+        values, count = _of_conditions(taken.values / to_si_of_name(1.0))
+    else:
+        values, count = _DISTRIBUTIONS[section.distribution](section)
+    spread = {"uniform": "ends", "normal": "tails", "log-normal": "tails"}.get(section.distribution, "each")
+    return Factor(
+        name=section.name,
+        column=section.name if place[0] == "model" else _column(section.name),
+        place=place,
+        values=values,
+        to_si=to_si_of_name,
+        levels=count if spread == "each" else section.levels or count,
+        spread=spread,
+        group=section.table if section.distribution == "campaign" else "",
+    )
+
+
+def _column(name: str) -> str:
+    """The name of a factor without its unit."""
+    ending = next((each for each in _UNITS if name.endswith(f"_{each}")), "")
+    return name.removesuffix(f"_{ending}") if ending else name
+
+
+def _check_keys(section: Any) -> None:
+    """Raise InputError for a number that the distribution does not have."""
+    known = {"name", "distribution", *_KEYS[section.distribution]}
+    for key in section.__struct_fields__:
+        if key not in known and getattr(section, key) not in (None, (), "", 0):
+            limit = f"{section.distribution} has {', '.join(_KEYS[section.distribution])}"
+            step = f"Remove {key}, or change the distribution."
+            raise InputError(f"factor {section.name}", f"{key} is given", limit, next_step=step)
 
 
 def factor_values(factors: list[Factor], rows: np.ndarray) -> dict[str, np.ndarray]:
@@ -114,8 +146,17 @@ def factor_values(factors: list[Factor], rows: np.ndarray) -> dict[str, np.ndarr
     return {each.name: each.values(rows[:, column[each.group or each.name]]) for each in factors}
 
 
-def _population(name: str, question: Any, folder: Path) -> dict[str, np.ndarray]:
-    """For each quantity that factors take from a campaign's table, its values in the conditions that have them all."""
+@dataclass(frozen=True, eq=False)
+class Taken:
+    """The values of a quantity in the conditions of a campaign, with their unit."""
+
+    values: np.ndarray
+    unit: str
+
+
+def _population(name: str, question: Any, folder: Path) -> dict[str, Taken]:
+    """For each quantity that factors take from a campaign's table, its values in the conditions that have them all
+    identified."""
     import pandas
 
     path = folder / name
@@ -123,18 +164,20 @@ def _population(name: str, question: Any, folder: Path) -> dict[str, np.ndarray]
     if not (name and all(wanted)):
         limit = "the distribution campaign needs table and quantity"
         raise InputError("factor", "no table or quantity", limit, next_step="Add both.")
+    step = "Give a table that campaign --table wrote."
     try:
         table = pandas.read_parquet(path) if path.suffix == ".parquet" else pandas.read_csv(path)
-        pooled = table[table["file"].isna() & table["quantity"].isin(wanted)]
+        known = table["file"].isna() & table["quantity"].isin(wanted) & (table["identifiable"].astype(str) == "True")
+        pooled = table[known]
         fields = list(table.columns[: table.columns.get_loc("file")])
         found = pooled.set_index([*fields, "quantity"])["value"].unstack().reindex(columns=wanted).dropna()
-    except (OSError, ValueError, KeyError, ImportError) as error:
-        step = "Give a table that campaign --table wrote."
+        units = {quantity: str(pooled["unit"][pooled["quantity"] == quantity].iloc[0]) for quantity in found.columns}
+    except (OSError, ValueError, KeyError, IndexError, ImportError) as error:
         raise InputError("table of a campaign", str(path), str(error), next_step=step) from None
     if len(found) < 2:
-        limit = f"two conditions with {' and '.join(wanted)} are needed"
-        raise InputError("table of a campaign", f"{len(found)} conditions", limit, str(path))
-    return {quantity: found[quantity].to_numpy(float) for quantity in wanted}
+        limit = f"two conditions with {' and '.join(wanted)} identified are needed"
+        raise InputError("table of a campaign", f"{len(found)} conditions", limit, str(path), step)
+    return {quantity: Taken(found[quantity].to_numpy(float), units[quantity]) for quantity in wanted}
 
 
 def _of_conditions(values: np.ndarray) -> tuple[Callable, int]:
@@ -142,32 +185,32 @@ def _of_conditions(values: np.ndarray) -> tuple[Callable, int]:
     return lambda u: values[np.minimum((u * len(values)).astype(int), len(values) - 1)], len(values)
 
 
-def _place(name: str, question: Any, document: dict) -> tuple[tuple, Callable, float]:
-    """Where a factor's value stands, its conversion to SI, and the size of its unit in SI."""
+def _place(name: str, question: Any, document: dict) -> tuple[tuple, Callable, str]:
+    """Where a factor's value stands, its conversion to SI, and its unit in SI."""
     head, _, key = name.rpartition(".")
-    if name == "model.preset":
-        return ("model", "preset"), str, 1.0
+    if name == MODEL:
+        return MODEL_PLACE, str, ""
     if head in ("motion", "bending"):
         known = MOTION_KEYS if head == "motion" else BENDING_KEYS
         if key not in known or (head == "bending" and question.bending is None):
             raise _unknown(name, [f"{head}.{each}" for each in known])
-        return (head, key), lambda value: float(value), known[key]
+        factor, unit = known[key]
+        return (head, key), lambda value: factor * float(value), unit
     section, place = _section(name, head, document)
     table = _table(name, place, section)
     for row in table:
         for written, factor in keys(row["name"], row["unit"]).items():
             if written == key:
                 where = (*place, si_key(row["name"], row["unit"]))
-                return where, lambda value, factor=factor: to_si(float(value), factor), to_si(1.0, factor)
+                return where, lambda value, factor=factor: to_si(float(value), factor), row["unit"]
     raise _unknown(name, [f"{head}.{written}" for row in table for written in keys(row["name"], row["unit"])])
 
 
 def _section(name: str, head: str, document: dict) -> tuple[dict, tuple]:
     """The section of the preset that a name begins with, and the way to it."""
     parts: list[str | int] = list(head.split("."))
-    if str(parts[0]).startswith("layer_"):
-        number = str(parts[0]).removeprefix("layer_")
-        parts = [*(["layers", int(number) - 2] if number.isdigit() and int(number) > 1 else []), *parts[1:]]
+    if layer := re.fullmatch(r"layer_([1-9]\d{0,2})", str(parts[0]), re.ASCII):
+        parts = [*(["layers", int(layer[1]) - 2] if layer[1] != "1" else []), *parts[1:]]
     found: Any = document
     for part in parts:
         inside = isinstance(found, list) and isinstance(part, int) and part < len(found)
@@ -194,7 +237,7 @@ def _table(name: str, place: tuple, section: dict) -> list[dict]:
 
 
 def _unknown(name: str, known: list[str]) -> InputError:
-    step = f"Known here are {', '.join(known[:30])}."
+    step = f"Known here are {', '.join(known[:30])}." if known else "That law has no parameters."
     return InputError("factor", repr(name), "the model, the motion and the needle have no such value", next_step=step)
 
 
@@ -211,50 +254,53 @@ def _numbers(section: Any, *names: str) -> list[float]:
 def _uniform(section: Any) -> tuple[Callable, int]:
     low, high = _numbers(section, "low", "high")
     if not low < high:
-        raise InputError(f"factor {section.name}", f"low {low:g}, high {high:g}", "low is not below high")
+        limits = f"low {low:g}, high {high:g}"
+        raise InputError(f"factor {section.name}", limits, "low is not below high", next_step="Exchange them.")
     return lambda u: low + (high - low) * u, 5
 
 
-def _clipped(section: Any, distribution: Any) -> tuple[Callable, int]:
-    """A distribution between the limits of its section, where it has them."""
-    low = distribution.cdf(section.low) if section.low is not None else 0.0
-    high = distribution.cdf(section.high) if section.high is not None else 1.0
+def _clipped(section: Any, middle: float, width: float, of_value: Callable, to_value: Callable) -> tuple[Callable, int]:
+    """A distribution that is normal in ``of_value`` of the value, between the limits of its section, where it has
+    them."""
+    from scipy.stats import truncnorm
+
+    low, high = (None if each is None else (of_value(each) - middle) / width for each in (section.low, section.high))
+    low, high = -np.inf if low is None else low, np.inf if high is None else high
     if not low < high:
-        raise InputError(f"factor {section.name}", f"low {section.low}, high {section.high}", "nothing between them")
+        limit = f"low {section.low}, high {section.high}"
+        raise InputError(f"factor {section.name}", limit, "nothing between them", next_step="Give low below high.")
     tiny = np.finfo(float).eps
-    return lambda u: distribution.ppf(np.clip(low + (high - low) * u, tiny, 1.0 - tiny)), 5
+    return lambda u: to_value(truncnorm.ppf(np.clip(u, tiny, 1.0 - tiny), low, high, middle, width)), 5
 
 
 def _normal(section: Any) -> tuple[Callable, int]:
-    from scipy import stats
-
     mean, sd = _numbers(section, "mean", "sd")
     _positive(section, "sd", sd)
-    return _clipped(section, stats.norm(mean, sd))
+    return _clipped(section, mean, sd, float, np.asarray)
 
 
 def _log_normal(section: Any) -> tuple[Callable, int]:
-    from scipy import stats
-
     median, ratio = _numbers(section, "median", "ratio")
     _positive(section, "median", median)
     if not ratio > 1.0:
         limit = "the factor between median and one standard deviation above it is over 1"
-        raise InputError(f"factor {section.name}", f"ratio {ratio:g}", limit)
-    return _clipped(section, stats.lognorm(math.log(ratio), scale=median))
+        raise InputError(f"factor {section.name}", f"ratio {ratio:g}", limit, next_step="Give for example ratio = 1.3.")
+    logarithm = lambda value: math.log(value) if value > 0.0 else -np.inf  # noqa: E731
+    return _clipped(section, math.log(median), math.log(ratio), logarithm, np.exp)
 
 
 def _positive(section: Any, what: str, value: float) -> None:
     if not value > 0.0:
-        raise InputError(f"factor {section.name}", f"{what} {value:g}", "must be above 0")
+        raise InputError(f"factor {section.name}", f"{what} {value:g}", "must be above 0", next_step="Change it.")
 
 
 def _choices(section: Any) -> tuple[Callable, int]:
     if not section.choices:
         raise InputError(f"factor {section.name}", "no choices", "one at least", next_step="Add choices = […].")
     texts = any(isinstance(each, str) for each in section.choices)
-    if texts and section.name != "model.preset":
-        raise InputError(f"factor {section.name}", repr(section.choices), "its choices are numbers")
+    if texts and section.name != MODEL:
+        step = "Give numbers in the unit of the name."
+        raise InputError(f"factor {section.name}", repr(section.choices), "its choices are numbers", next_step=step)
     listed = np.array(section.choices, dtype=object if texts else float)
     return lambda u: listed[np.minimum((u * len(listed)).astype(int), len(listed) - 1)], len(listed)
 
@@ -264,4 +310,12 @@ _DISTRIBUTIONS = {
     "normal": _normal,
     "log-normal": _log_normal,
     "choices": _choices,
+}
+# distribution -> the keys that it has
+_KEYS = {
+    "uniform": ("low", "high", "levels"),
+    "normal": ("mean", "sd", "low", "high", "levels"),
+    "log-normal": ("median", "ratio", "low", "high", "levels"),
+    "choices": ("choices",),
+    "campaign": ("table", "quantity"),
 }

@@ -17,7 +17,7 @@ from ..models.model import Insertion, Model, solid_engine
 from ..models.simulation import Motion
 from ..preset_files.presets import preset_of
 from ..vocabulary import Status
-from .factors import Factor, factor_values, factors_of
+from .factors import BENDING_KEYS, MOTION_KEYS, Factor, factor_values, factors_of
 from .outputs import Output, Run
 from .posterior import Posterior
 from .question import MotionSection, Question
@@ -60,7 +60,7 @@ def simulated(block: Block) -> dict[str, np.ndarray]:
     found = []
     for k, row in enumerate(block.rows):
         changes = {factor.place: factor.to_si(values[factor.name][k]) for factor in factors}
-        shown = {factor.name: changes[factor.place] for factor in factors}
+        shown = {factor.column: changes[factor.place] for factor in factors}
         for number, (name, section) in enumerate(zip(question.motions, question.motion)):
             outcome, run = _outcome(setting, row, changes, section, solid)
             known = {"number": block.first + k, "motion": name, **shown, **outcome}
@@ -175,17 +175,10 @@ def _same_parameter(key: str, si: str) -> bool:
 def sampled_motion(section: MotionSection, changes: dict) -> tuple[float, np.ndarray, np.ndarray]:
     """The motion with its factors: the time between two samples [s], and depth [m] and velocity [m/s] (n,)."""
     given = {
-        key: changes.get(("motion", key), getattr(section, key))
-        for key in ("start_mm", "speed_mm_s", "depth_mm", "hold_s", "acceleration_mm_s2")
+        key.rpartition("_")[0].removesuffix("_mm"): changes.get(("motion", key), factor * getattr(section, key))
+        for key, (factor, _) in MOTION_KEYS.items()
     }
-    motion = Motion.insert(
-        start=1e-3 * given["start_mm"],
-        speed=1e-3 * given["speed_mm_s"],
-        depth=1e-3 * given["depth_mm"],
-        hold=given["hold_s"],
-        withdraw=section.withdraw,
-        acceleration=1e-3 * given["acceleration_mm_s2"],
-    )
+    motion = Motion.insert(**given, withdraw=section.withdraw)
     count = math.floor(motion.duration * section.rate_hz) + 1
     if not 2 <= count <= MAX_SAMPLES:
         step = "Change rate_hz, speed_mm_s or hold_s."
@@ -211,27 +204,28 @@ def _run(
         columns = engine.run(depth, velocity, steps) if solid is None else solid_engine(model, solid).run(depth, steps)
         return Run(depth, columns), columns["status"]
     given = {
-        key: changes.get(("bending", key), getattr(question.bending, key)) for key in question.bending.__struct_fields__
+        key: changes.get(("bending", key), factor * getattr(question.bending, key))
+        for key, (factor, _) in BENDING_KEYS.items()
     }
     if model.needle is None:
         raise InputError("needle", "none", "a needle that bends has one", next_step="Add [needle] to the preset.")
     bevel = core.Bevel(
-        half_angle=math.radians(given["bevel_half_angle_deg"]),
+        half_angle=given["bevel_half_angle_deg"],
         friction_coefficient=given["bevel_friction"],
         face_share=given["bevel_face_share"],
     )
-    guide = given["guide_distance_mm"]
+    guide = question.bending.guide_distance_mm
     engine = FlexibleInsertion(
         model,
         model.needle,
-        lateral=1e3 * given["foundation_kPa"],
+        lateral=given["foundation_kPa"],
         tissue=solid,
         guide_distance=math.inf if guide is None else 1e-3 * guide,
         bevel=bevel,
-        elements=int(given["elements"]),
+        elements=question.bending.elements,
         max_speed=math.inf,
     )
-    columns = dict(engine.run(depth, dt=steps)) | {"target_mm": given["target_mm"]}
+    columns = dict(engine.run(depth, dt=steps)) | {"target_mm": question.bending.target_mm}
     return Run(depth, columns), columns["status"]
 
 

@@ -113,7 +113,7 @@ def _puncture_force(run: Run, output: Output) -> float:
 def _force_at_depth(run: Run, output: Output) -> float:
     inwards = slice(0, run.deepest + 1)
     depth = run.depth[inwards]
-    if not depth[0] <= output.depth <= depth[-1]:
+    if not depth[0] <= output.depth <= depth[-1] + np.diff(depth).max(initial=0.0):  # known to one sample
         return np.nan
     return float(np.interp(output.depth, depth, run.force[inwards]))
 

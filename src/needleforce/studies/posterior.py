@@ -9,9 +9,12 @@ import numpy as np
 from ..errors import InputError
 from ..files import as_type
 from ..identification.export import preset_document
-from ..identification.models import LAYERED, model_of, stiffness_law
+from ..identification.models import MODELS, model_of
+from ..identification.one_layer.loading_curves import FITS
 from ..identification.statistics.noise import TWO_SIDED
 from ..preset_files.presets import preset_of
+
+IDENTIFIED = "identified"  # begins the name of an identified model; its law follows
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +31,8 @@ class Posterior:
         Standard deviation towards the lower and the upper limit.
     root : ndarray, shape (n, n)
         A root of their correlation matrix.
-    model : str
-        Name of the model.
+    law : str
+        What was fitted: the stiffness law, or a key of ``FITS``.
     needle : Needle or None
         The needle of the fit.
     """
@@ -39,7 +42,7 @@ class Posterior:
     below: np.ndarray
     above: np.ndarray
     root: np.ndarray
-    model: str
+    law: str
     needle: Any
 
     @property
@@ -55,13 +58,14 @@ class Posterior:
         normal = self.root @ ndtri(np.clip(row, tiny, 1.0 - tiny))
         drawn = self.values + normal * np.where(normal > 0.0, self.above, self.below)
         values = {name: float(value) for name, value in zip(self.names, drawn)}
-        return preset_document(model_of(values, stiffness_law(self.model), self.needle))
+        return preset_document(model_of(values, self.law, self.needle))
 
 
 def posterior_of(document: dict, name: str) -> Posterior:
     """The posterior of a fit that ``identify --json`` wrote. Raises InputError for a fit without one."""
-    model = document.get("model")
-    if model is None or model in LAYERED:
+    model = str(document.get("model")).removeprefix(f"{IDENTIFIED}_")
+    law = MODELS.get(model, model)
+    if law not in FITS:
         limit = "only fits of one layer are drawn"
         step = "Identify with a model of one layer, or give distributions of the factors."
         raise InputError("model of the fit", repr(model), limit, name, step)
@@ -81,7 +85,7 @@ def posterior_of(document: dict, name: str) -> Posterior:
         below=np.maximum(below, 0.0),
         above=np.maximum(above, 0.0),
         root=root,
-        model=model,
+        law=law,
         needle=needle,
     )
 

@@ -2,13 +2,14 @@
 """A question as data: the model, the factors with their distributions, the motions, the outputs and the method, as a
 study file states them."""
 
-import json
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
+from msgspec import Meta
 
 from ..errors import InputError
 from ..files import as_type, decode_toml, read_bytes
@@ -18,6 +19,15 @@ METHODS = ("sample", "sensitivity", "grid", "robust", "design")
 MAX_ROWS = 100_000_000
 MAX_FACTORS = 100
 WHAT = "study file"
+RESERVED = ("number", "motion", "why", "split", "repeat", "rate", "depth", "force", "phase", "puncture_depths")
+"""Names of columns that no output may have."""
+
+Finite = Annotated[float, Meta(ge=-1e12, le=1e12)]
+Positive = Annotated[float, Meta(gt=0.0, le=1e9)]
+NotNegative = Annotated[float, Meta(ge=0.0, le=1e9)]
+Force = Annotated[float, Meta(ge=0.0, le=100.0)]
+Share = Annotated[float, Meta(ge=0.0, le=1.0)]
+Count = Annotated[int, Meta(ge=1, le=10_000)]
 
 
 class Section(msgspec.Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
@@ -28,8 +38,8 @@ class Method(Section):
     """How the space of the factors is covered, and what is made of it."""
 
     method: Literal[METHODS] = "sample"
-    samples: int = 1024
-    seed: int = 0
+    samples: Annotated[int, Meta(ge=1, le=MAX_ROWS)] = 1024
+    seed: Annotated[int, Meta(ge=0, le=2**32 - 1)] = 0
     sampler: Literal["sobol", "latin hypercube"] = "sobol"
     analysis: Literal["sobol", "morris", "delta"] = "sobol"
     interactions: bool = False
@@ -48,29 +58,29 @@ class FactorSection(Section):
 
     name: str
     distribution: Literal["uniform", "normal", "log-normal", "choices", "campaign"] = "uniform"
-    low: float | None = None
-    high: float | None = None
-    mean: float | None = None
-    sd: float | None = None
-    median: float | None = None
-    ratio: float | None = None
-    choices: tuple[float | str, ...] = ()
+    low: Finite | None = None
+    high: Finite | None = None
+    mean: Finite | None = None
+    sd: Finite | None = None
+    median: Finite | None = None
+    ratio: Finite | None = None
+    choices: tuple[Finite | str, ...] = ()
     table: str = ""
     quantity: str = ""
-    levels: int = 0
+    levels: Annotated[int, Meta(ge=0, le=10_000)] = 0
 
 
 class MotionSection(Section):
     """An insertion, a hold and a withdrawal."""
 
     name: str = ""
-    start_mm: float = -5.0
-    speed_mm_s: float = 3.0
-    depth_mm: float = 20.0
-    hold_s: float = 0.0
+    start_mm: Finite = -5.0
+    speed_mm_s: Positive = 3.0
+    depth_mm: Finite = 20.0
+    hold_s: NotNegative = 0.0
     withdraw: bool = True
-    acceleration_mm_s2: float = 10.0
-    rate_hz: float = 500.0
+    acceleration_mm_s2: Positive = 10.0
+    rate_hz: Annotated[float, Meta(gt=0.0, le=1e6)] = 500.0
 
 
 class OutputSection(Section):
@@ -78,22 +88,25 @@ class OutputSection(Section):
 
     quantity: Literal[tuple(OUTPUTS)]
     name: str = ""
-    depth_mm: float | None = None
-    points: int = 100
-    low: float | None = None
-    high: float | None = None
+    depth_mm: Finite | None = None
+    points: Count = 100
+    low: Finite | None = None
+    high: Finite | None = None
+
+
+PEAK = OutputSection(quantity="peak_force")
 
 
 class BendingSection(Section):
     """A needle that bends on a foundation, driven by its bevel."""
 
-    foundation_kPa: float
-    bevel_half_angle_deg: float = 90.0
-    bevel_friction: float = 0.0
-    bevel_face_share: float = 1.0
-    guide_distance_mm: float | None = None
-    elements: int = 40
-    target_mm: tuple[float, float, float] | None = None
+    foundation_kPa: Positive
+    bevel_half_angle_deg: Annotated[float, Meta(gt=0.0, le=90.0)] = 90.0
+    bevel_friction: NotNegative = 0.0
+    bevel_face_share: Share = 1.0
+    guide_distance_mm: NotNegative | None = None
+    elements: Annotated[int, Meta(ge=1, le=100)] = 40
+    target_mm: tuple[Finite, Finite, Finite] | None = None
 
 
 class SolidSection(Section):
@@ -105,35 +118,35 @@ class SolidSection(Section):
 class DeviceSection(Section):
     """A device that holds the needle."""
 
-    mass_g: float
-    damping_N_s_per_m: float = 0.0
-    stiffness_N_per_m: float = 0.0
-    rate_hz: float = 1000.0
-    depth_mm: float | None = None
+    mass_g: Positive
+    damping_N_s_per_m: NotNegative = 0.0
+    stiffness_N_per_m: NotNegative = 0.0
+    rate_hz: Positive = 1000.0
+    depth_mm: Positive | None = None
 
 
 class RecordingsSection(Section):
     """A learning set: what a sensor shows of each insertion, and how the specimens are split."""
 
-    samples: int = 400
-    repeats: int = 1
-    filter_length: int = 10
-    noise_N: float = 1.0 / 320.0
-    bias_N: float = 2e-3
-    drift_N_per_s: float = 0.0
-    rounding_N: float = 0.0
-    train: float = 0.8
-    validation: float = 0.1
+    samples: Annotated[int, Meta(ge=2, le=100_000)] = 400
+    repeats: Annotated[int, Meta(ge=1, le=100)] = 1
+    filter_length: Count = 10
+    noise_N: Force = 1.0 / 320.0
+    bias_N: Force = 2e-3
+    drift_N_per_s: Force = 0.0
+    rounding_N: Force = 0.0
+    train: Share = 0.8
+    validation: Share = 0.1
     format: Literal["parquet", "hdf5"] = "parquet"
 
 
 class DesignSection(Section):
     """Experiments to compare: every motion with every noise and number of repeats, identified as a user would."""
 
-    parameters: tuple[str, ...]
-    noise_N: tuple[float, ...] = (1.0 / 320.0,)
-    repeats: tuple[int, ...] = (1, 3)
-    experiments: int = 20
+    parameters: Annotated[tuple[str, ...], Meta(min_length=1)]
+    noise_N: Annotated[tuple[Force, ...], Meta(min_length=1)] = (1.0 / 320.0,)
+    repeats: Annotated[tuple[Annotated[int, Meta(ge=1, le=100)], ...], Meta(min_length=1)] = (1, 3)
+    experiments: Count = 20
     identify_as: str | None = None
 
 
@@ -144,8 +157,10 @@ class Question(Section):
     model: Base = Base(preset="paper")
     factor: tuple[FactorSection, ...] = ()
     posterior: bool = False
-    motion: tuple[MotionSection, ...] = (MotionSection(),)
-    output: tuple[OutputSection, ...] = (OutputSection(quantity="peak_force"),)
+    motion: Annotated[tuple[MotionSection, ...], Meta(min_length=1, max_length=100)] = (MotionSection(),)
+    output: Annotated[tuple[OutputSection, ...], Meta(min_length=1, max_length=100)] = (
+        OutputSection(quantity="peak_force"),
+    )
     bending: BendingSection | None = None
     solid: SolidSection | None = None
     device: DeviceSection | None = None
@@ -165,12 +180,6 @@ class Question(Section):
     def document(self) -> dict:
         """The question as a study file states it."""
         return msgspec.to_builtins(self)
-
-    def digest(self) -> str:
-        """A short digest of the question: equal for equal questions."""
-        import hashlib
-
-        return hashlib.sha256(json.dumps(self.document(), sort_keys=True).encode()).hexdigest()[:16]
 
 
 def read_question(source: str | os.PathLike | Mapping) -> Question:
@@ -206,8 +215,6 @@ def _checked(question: Question) -> Question:
         raise InputError("factors", len(names), f"more than {MAX_FACTORS}", next_step="Fix those that matter less.")
     if len(set(question.motions)) < len(question.motions):
         raise InputError("motion", ", ".join(question.motions), "a name is given twice", next_step="Name them apart.")
-    if not 1 <= method.samples <= MAX_ROWS:
-        raise InputError("study.samples", method.samples, f"outside 1 to {MAX_ROWS}")
     if method.method == "design" and question.design is None:
         step = 'Add [design] with parameters = ["friction_per_length"].'
         raise InputError("design", "missing", "the method design needs it", next_step=step)
@@ -236,12 +243,22 @@ def _check_outputs(question: Question) -> None:
             if getattr(question, needed) is None:
                 limit = f"it needs a table [{needed}]"
                 raise InputError("output", repr(each.quantity), limit, "$.output", f"Add [{needed}] to the file.")
-        if each.quantity.endswith("at_depth") and section.depth_mm is None:
-            raise InputError("output", repr(each.quantity), "it needs depth_mm", "$.output", "Add depth_mm = 10.")
+        if each.quantity.endswith("at_depth") != (section.depth_mm is not None):
+            limit = "depth_mm is that of force_at_depth, which needs it"
+            raise InputError("output", repr(each.quantity), limit, "$.output", "Add depth_mm = 10, or remove it.")
+        if each.quantity == "force_at_depth" and not _reached(question, section.depth_mm):
+            limit = f"no motion reaches {section.depth_mm:g} mm"
+            raise InputError("output", repr(each.name), limit, "$.output", "Give another depth_mm or motion.")
         if each.quantity == "target_error" and question.bending.target_mm is None:
-            raise InputError(
-                "output", repr(each.quantity), "it needs target_mm", "$.bending", "Add target_mm = [x, y, z]."
-            )
+            step = "Add target_mm = [x, y, z]."
+            raise InputError("output", repr(each.quantity), "it needs target_mm", "$.bending", step)
+        if None not in (each.low, each.high) and each.low > each.high:
+            raise InputError("limits", each.name, "low is above high", "$.output", "Exchange them.")
+        if each.is_curve and (each.low is not None or each.high is not None):
+            raise InputError("limits", each.name, "a curve has none", "$.output", "Use peak_force or force_at_depth.")
+        if not re.fullmatch(r"[A-Za-z][\w ]*", each.name) or each.name in RESERVED:
+            limit = f"a name of letters, digits and _ that is none of {', '.join(RESERVED)}"
+            raise InputError("name of the output", repr(each.name), limit, "$.output", "Give another name.")
     names = [each.name for each in outputs]
     for repeated in {name for name in names if names.count(name) > 1}:
         raise InputError("output", repr(repeated), "given twice", "$.output", 'Name them apart: name = "…".')
@@ -249,3 +266,9 @@ def _check_outputs(question: Question) -> None:
     if question.study.method == "robust" and not limited:
         step = "Add low or high to an output, in the unit of the output."
         raise InputError("limits", "none", "robust counts the insertions within limits", "$.output", step)
+
+
+def _reached(question: Question, depth_mm: float) -> bool:
+    """Whether a motion reaches a depth, also where the depth of motions is a factor."""
+    varies = any(each.name == "motion.depth_mm" for each in question.factor)
+    return varies or any(each.start_mm <= depth_mm <= each.depth_mm for each in question.motion)

@@ -58,6 +58,11 @@ class StudyResult(Result):
         """Whether each insertion has no outputs."""
         return self.columns["why"] != ""
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether every insertion failed."""
+        return bool(self.failed.all())
+
     @cached_property
     def reasons(self) -> tuple[tuple[str, int], ...]:
         """Why insertions failed, with their numbers, the most frequent first."""

@@ -227,13 +227,16 @@ def stroke_evidence(
     stroke. Layers are needed where a typical recording alone shows it, on very strong evidence, correlated samples
     counted as one, and, with three repeats or more, where they predict held-out ones better.
     """
-    pairs = zip(one.recordings, layered.recordings, singles)
-    both = [_Compared.made(*each) for each in pairs if len(each[0].residuals) and len(each[1].residuals)]
+    described = [each for each in zip(one.recordings, layered.recordings, singles) if len(each[1].residuals)]
+    forces = held_out if len(held_out) == len(described) else (None,) * len(described)
+    found = [(_Compared.made(*each), force) for each, force in zip(described, forces) if len(each[0].residuals)]
+    both = [each for each, _ in found]
     if not both:
         return None
     shown = float(np.mean([each.gain(len(layered.parameters)) for each in both])) > VERY_STRONG_BIC
-    errors = [each.held_out([*both[:k], *both[k + 1 :]], force) for k, (each, force) in enumerate(zip(both, held_out))]
-    predicted = len(errors) == len(both) >= MIN_REPEATS and None not in errors
+    predicted = len(both) >= MIN_REPEATS and all(force is not None for _, force in found)
+    errors = [each.held_out([*both[:k], *both[k + 1 :]], force) for k, (each, force) in enumerate(found) if predicted]
+    predicted = predicted and None not in errors
     errors = errors if predicted else [each.residuals for each in both]
     ours, theirs = np.array(errors).T
     needed = shown and not (predicted and predicts_as_well(ours, theirs))
