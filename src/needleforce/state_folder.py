@@ -149,6 +149,7 @@ class StateFolder:
         try:
             head = json.loads(read_bytes(self.path / STATE, "state folder", MAX_RESULT_BYTES))
             kind, form = head["kind"], head["format"]
+            {**head["settings"]}, head["version"]  # noqa: B018
         except (ValueError, KeyError, TypeError):
             raise self._refusal("damaged", f"{STATE} is not readable", "Give a new folder.") from None
         if kind != self._kind or form != _FORMAT:
@@ -176,7 +177,8 @@ class StateFolder:
         for text in whole.splitlines():
             with suppress(ValueError, TypeError, KeyError):
                 line = json.loads(text)
-                found += [line] if {"key", "task", "at", "bytes", "sha256"} <= line.keys() else []
+                known = {"key", "task", "at", "bytes", "sha256"} <= line.keys()
+                found += [line] if known and isinstance(line["at"], int) and isinstance(line["bytes"], int) else []
         return found
 
     def _refusal(self, value: str, limit: str, next_step: str) -> InputError:

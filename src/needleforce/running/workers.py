@@ -163,6 +163,11 @@ class Cluster(Workers):
         except ImportError:
             raise InputError("package distributed", "not installed", "it is needed for --scheduler",
                              next_step=install_step("distributed", "cluster")) from None  # fmt: skip
+        if scheduler != "local" and not re.search(r":\d+/?$|://", scheduler):
+            step = "Give 'local' or an address such as tcp://HOST:8786."
+            raise InputError(
+                "scheduler", repr(scheduler[:80]), "neither local nor an address with a port", next_step=step
+            )
         self._started = ExitStack()
         if scheduler == "local":
             self._started.enter_context(_as_workers_start())  # also one that replaces another
