@@ -148,8 +148,7 @@ class StateFolder:
             return None
         try:
             head = json.loads(read_bytes(self.path / STATE, "state folder", MAX_RESULT_BYTES))
-            kind, form = head["kind"], head["format"]
-            {**head["settings"]}, head["version"]  # noqa: B018
+            kind, form, _ = head["kind"], head["format"], (head["version"], dict(head["settings"]))
         except (ValueError, KeyError, TypeError):
             raise self._refusal("damaged", f"{STATE} is not readable", "Give a new folder.") from None
         if kind != self._kind or form != _FORMAT:

@@ -4,12 +4,14 @@
 import dataclasses
 import functools
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import needleforce as nf
 from needleforce.identification.layered import identify as layered
+from needleforce.identification.layered import model_selection
 from needleforce.identification.model_choice import with_one_layer_parameters
 
 MOTION = nf.Motion.insert(start=-4e-3, speed=3e-3, depth=14e-3, hold=6.0, withdraw=True)
@@ -180,3 +182,27 @@ def test_what_presses_back_was_not_entered_and_the_reason_is_named_before_an_out
     assert fit.model is None and fit.recordings[0].notes[0] == "There is no puncture."
     with pytest.raises(nf.InputError, match="There is no puncture"):
         fit.identified_model()
+
+
+def test_held_out_forces_stay_with_their_recordings(monkeypatch):
+    """One layer has no fit of the second of five repeats, whose layered force is of no other one."""
+    seen = []
+
+    class Compared:
+        def __init__(self, number):
+            self.number = number
+
+        def gain(self, shared):
+            return 100.0
+
+        def held_out(self, others, force):
+            seen.append((self.number, force))
+            return 1.0, 0.5
+
+    made = staticmethod(lambda one, layered, single: Compared(single))
+    monkeypatch.setattr(model_selection._Compared, "made", made)
+    one = [SimpleNamespace(residuals=[] if k == 1 else [0.0]) for k in range(5)]
+    layered = [SimpleNamespace(residuals=[0.0])] * 5
+    fits = (SimpleNamespace(recordings=one), SimpleNamespace(recordings=layered, parameters={}))
+    found = model_selection.stroke_evidence(*fits, tuple(range(5)), list(range(5)))
+    assert seen == [(k, k) for k in (0, 2, 3, 4)] and found.held_out and found.for_layers
