@@ -110,13 +110,22 @@ def solids() -> list[Result]:
     ]
 
 
+def studied() -> list[Result]:
+    factor = {"name": "friction.per_length_N_per_mm", "low": 0.01, "high": 0.03}
+    motion = {"name": "<soft>", "depth_mm": 8.0}
+    sample = nf.study({"study": {"method": "sensitivity", "samples": 8}, "factor": factor, "motion": motion}, jobs=1)
+    experiments = {"parameters": ["friction_per_length"], "repeats": [1], "experiments": 2}
+    design = {"study": {"method": "design"}, "factor": factor, "motion": motion, "design": experiments}
+    return [sample, nf.study(design, jobs=1)]
+
+
 def results() -> list[Result]:
     rows = Comparison((row("paper", 1.0), row("maurin", 1.2, ties=True, notes=("<b> was held",))))
     needles = penetration()
     run = steering.SteeredRun(**STEPS, tip=np.ones((5, 3)), shapes=(np.eye(3),), layers=(5e-3,), lost=LINE > 1.0)
     kinds = steering.SteeringFit, steering.ShapeFit, steering.WrenchFit
     tissue = [stress(), bending(), needles, needles.tests[0], indentation(), unloading(), *solids()]
-    return [rows, many(), *map(steered, kinds), planned(), run, *tissue]
+    return [rows, many(), *map(steered, kinds), planned(), run, *tissue, *studied()]
 
 
 RESULTS = {type(result).__name__: result for result in results()}

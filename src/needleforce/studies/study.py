@@ -139,7 +139,7 @@ def setting_of(question: Question, folder: Path) -> Setting:
 
 
 def inputs_of(setting: Setting) -> dict:
-    """What a study depends on besides its file: the preset that it changes, and a digest of each file that it names."""
+    """What else a study depends on: the preset that it changes, and a digest of each file that it names."""
     question, names = setting.question, [setting.question.model.fit]
     names += [each.table for each in question.factor if each.distribution == "campaign"]
     names += [str(each) for section in question.factor if section.name == MODEL for each in section.choices]
