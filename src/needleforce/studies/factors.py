@@ -31,15 +31,9 @@ BENDING_KEYS = {
     "bevel_face_share": (1.0, "1"),
 }
 """Key of the motion or the bending -> its factor to SI, and the unit."""
-# ending of a name -> unit as on an axis, the longest first
-_UNITS = {
-    each: each.replace("_per_", "/").removeprefix("per_").replace("m2", "m²").replace("m/s", "m/s").replace("_", " ")
-    if not each.startswith("per_")
-    else f"1/{each.removeprefix('per_')}"
-    for each in sorted(
-        {*(ending for endings in ENDINGS.values() for ending in endings), "mm_s", "mm_s2"}, key=len, reverse=True
-    )
-} | {"mm_s": "mm/s", "mm_s2": "mm/s²", "deg": "°", "um": "µm"}
+_SPELLED = {"mm_s": "mm/s", "mm_s2": "mm/s²", "deg": "°", "um": "µm"}
+_ENDINGS = sorted({*(each for endings in ENDINGS.values() for each in endings), *_SPELLED}, key=len, reverse=True)
+"""Endings of names with a unit, the longest first."""
 GRID_TAIL = 0.05  # share of a distribution without limits that a grid leaves out on each side
 
 
@@ -79,11 +73,16 @@ class Factor:
     @property
     def label(self) -> str:
         """As on an axis: ``friction: per length [N/mm]``."""
-        head, _, key = self.name.rpartition(".")
-        ending = next((each for each in _UNITS if key.endswith(f"_{each}")), "")
-        stem = key.removesuffix(f"_{ending}") if ending else key
-        unit = f" [{_UNITS[ending]}]" if ending else ""
-        return f"{head}: {stem}{unit}".replace("_", " ").replace(".", " ", 1) if head else f"{stem}{unit}"
+        head, _, stem = self.column.rpartition(".")
+        ending = self.name.removeprefix(self.column).removeprefix("_")
+        unit = f" [{_SPELLED.get(ending) or _shown(ending)}]" if ending else ""
+        return f"{head}: {stem}".replace("_", " ").replace(".", " ", 1) + unit
+
+
+def _shown(ending: str) -> str:
+    """A unit as on an axis, of the ending of a name: ``N/mm`` of ``N_per_mm``."""
+    text = ending.removeprefix("per_")
+    return ("1/" if text != ending else "") + text.replace("_per_", "/").replace("_", " ").replace("m2", "m²")
 
 
 def factors_of(question: Any, document: dict, folder: Path) -> list[Factor]:
@@ -126,7 +125,7 @@ def _factor(section: Any, question: Any, document: dict, folder: Path) -> Factor
 
 def _column(name: str) -> str:
     """The name of a factor without its unit."""
-    ending = next((each for each in _UNITS if name.endswith(f"_{each}")), "")
+    ending = next((each for each in _ENDINGS if name.endswith(f"_{each}")), "")
     return name.removesuffix(f"_{ending}") if ending else name
 
 

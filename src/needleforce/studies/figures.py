@@ -76,7 +76,7 @@ def draw_band(axes: Any, result: "StudyResult", output: Output, motion: str) -> 
 def draw_pairs(axes: Any, result: "StudyResult", output: Output, motion: str) -> None:
     """The second-order index of each pair of factors."""
     found = result.sensitivities[output.name, motion]
-    image = axes.imshow(found.pairs, cmap="Greys", vmin=0.0)
+    image = axes.imshow(found.pairs, cmap="Greys", vmin=0.0, vmax=1.0)
     names = result.labels
     axes.set_xticks(range(len(names)), names, rotation=60, ha="right")
     axes.set_yticks(range(len(names)), names)

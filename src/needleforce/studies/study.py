@@ -101,19 +101,25 @@ def study(
         _check_cost(cost_of(setting, count), jobs, yes)
     rows = unit_rows(question, setting.factors, draws)
     tasks = [Block(setting, k, rows[k : k + ROWS_OF_A_BLOCK]) for k in range(0, len(rows), ROWS_OF_A_BLOCK)]
+    work = {"jobs": jobs, "scheduler": scheduler, "progress": progress, "text": "simulating"}
     with nullcontext() if out is None else BlockFolder(Path(out), question, inputs_of(setting)) as folder:
-        found = {} if folder is None else folder.done(len(tasks))
-        waiting = [number for number in range(len(tasks)) if number not in found]
-        work = {"jobs": jobs, "scheduler": scheduler, "progress": progress, "text": "simulating"}
-        for index, outcome in run_tasks(simulated, [tasks[number] for number in waiting], **work):
-            if isinstance(outcome, Exception):
-                raise outcome
-            found[waiting[index]] = _kept(folder, question, waiting[index], outcome)
-        columns = _joined([found[number] for number in range(len(tasks))])
-        result = StudyResult(question, tuple(setting.factors), rows, columns)
+        result = StudyResult(question, tuple(setting.factors), rows, _columns(folder, tasks, work))
         if folder is not None:
             folder.finish(result)
     return result
+
+
+def _columns(folder: BlockFolder | None, tasks: list[Block], work: dict) -> dict[str, np.ndarray]:
+    """The columns of all blocks: of those in the folder, and of the others, which are done."""
+    found = {} if folder is None else folder.done(len(tasks))
+    waiting = [number for number in range(len(tasks)) if number not in found]
+    for index, outcome in run_tasks(simulated, [tasks[number] for number in waiting], **work):
+        if isinstance(outcome, Exception):
+            raise outcome
+        number = waiting[index]
+        found[number] = _kept(folder, tasks[number].setting.question, number, outcome)
+    blocks = [found[number] for number in range(len(tasks))]
+    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
 
 
 def _kept(folder: BlockFolder | None, question: Question, number: int, columns: dict) -> dict[str, np.ndarray]:
@@ -205,7 +211,3 @@ def _check_cost(cost: Cost, jobs: int | None, yes: bool) -> None:
     if not yes and (long or cost.size > ASK_ABOVE_BYTES):
         limit = f"above {ASK_ABOVE_SECONDS / 3600:.0f} h or {ASK_ABOVE_BYTES / 1e9:.0f} GB it has to be confirmed"
         raise InputError("size of the study", str(cost), limit, next_step="Give --yes (yes=True), or fewer samples.")
-
-
-def _joined(blocks: list[dict[str, np.ndarray]]) -> dict[str, np.ndarray]:
-    return {name: np.concatenate([block[name] for block in blocks]) for name in blocks[0]}
