@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, install_step
 from ..files import atomic_write, digest, json_safe, read_text
 from ..recording.formats.parquet import pyarrow_for
 from ..state_folder import StateFolder, key_of
@@ -115,7 +115,7 @@ def _write_hdf5(path: Path, columns: dict[str, np.ndarray]) -> None:
     try:
         import h5py
     except ImportError:
-        step = "Run: pip install 'needleforce[labs]', or use parquet."
+        step = f"{install_step('h5py', 'labs')} Or use parquet."
         raise InputError("HDF5", "not available", "it needs h5py", str(path), step) from None
     with atomic_write(path) as file, h5py.File(file.buffer, "w") as made:
         for name, each in columns.items():

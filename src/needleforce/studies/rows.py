@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InputError
+from ..errors import InputError, install_step
 from .factors import GRID_TAIL, Factor
 
 MORRIS_LEVELS = 4  # of the grid on which the trajectories of Morris move
@@ -19,7 +19,7 @@ def salib(module: str) -> Any:
     try:
         return import_module(f"SALib.{module}")
     except ImportError:
-        step = "Run: pip install 'needleforce[study]'"
+        step = install_step("SALib", "study")
         raise InputError("package SALib", "not installed", "sensitivity needs it", next_step=step) from None
 
 
