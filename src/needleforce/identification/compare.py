@@ -17,7 +17,7 @@ from .comparison import Comparison, ModelRow
 from .cross_validation import cross_validate
 from .diagnostics import FitInputs
 from .identify import Progress, assemble
-from .models import BENT, COMPARED, GRADUAL_LAYERS, LAYERED, MODELS, SAME_FORCE, needle_saturation, stiffness_law
+from .models import COMPARED, GRADUAL_LAYERS, IDENTIFIED, OF_LAYERS, SAME_FORCE, needle_saturation, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import fit_single
 from .one_layer.loading_curves import FITS
@@ -68,11 +68,10 @@ def compare(
         to the tissue.
     """
     if not models:
-        known = ", ".join((*MODELS, *BENT, *LAYERED, GRADUAL_LAYERS))
-        raise InputError("number of models", 0, "at least 1 is needed", next_step=f"Give some of {known}.")
-    models = [model_name(each, (*MODELS, *BENT, *SAME_FORCE, *LAYERED, GRADUAL_LAYERS)) for each in models]
-    layered = (*LAYERED, GRADUAL_LAYERS)
-    laws = {name: None if name in layered else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
+        step = f"Give some of {', '.join(IDENTIFIED)}."
+        raise InputError("number of models", 0, "at least 1 is needed", next_step=step)
+    models = [model_name(each, (*IDENTIFIED, *SAME_FORCE)) for each in models]
+    laws = {name: None if name in OF_LAYERS else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     recordings, _ = paired(recordings, ())
     recordings = recordings if machine_stiffness is None else [at_tip(each, machine_stiffness) for each in recordings]
