@@ -47,6 +47,7 @@ from .models import (
     MECHANICAL,
     OF_LAYERS,
     derived,
+    model_called,
     model_of,
     needle_saturation,
     stiffness_law,
@@ -245,7 +246,9 @@ def _with_layers(
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
-    chosen = dataclasses.replace(chosen, warnings=(evidence.sentence(law, DEFAULT_LAYERED), *chosen.warnings))
+    chosen = dataclasses.replace(
+        chosen, warnings=(evidence.sentence(model_called(law), DEFAULT_LAYERED), *chosen.warnings)
+    )
     return _compared(chosen, fit, singles) if evidence.for_layers else chosen
 
 
@@ -262,7 +265,7 @@ def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording]
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
-    reason = evidence.sentence(law, GRADUAL_LAYERS, "the insertion")
+    reason = evidence.sentence(model_called(law), GRADUAL_LAYERS, "the insertion")
     return dataclasses.replace(chosen, warnings=(reason, *chosen.warnings))
 
 
@@ -307,7 +310,7 @@ def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
         return fit
     if (evidence := stroke_evidence(one, fit, fit.held_out, singles)) is None:
         return fit
-    sentence = evidence.sentence(one.choice[0].name, fit.settings.layers)
+    sentence = evidence.sentence(model_called(one.choice[0].name), fit.settings.layers)
     if evidence.for_layers:
         return dataclasses.replace(fit, warnings=(*fit.warnings, sentence))
     known = {
