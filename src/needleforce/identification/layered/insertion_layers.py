@@ -115,7 +115,12 @@ def _recording(single: SegmentedRecording, found: InsertionFit | InputError, giv
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])
     return replace(
-        base, parameters=own, predicted=predicted, quality=residual, notes=(*notes, *_missed(found, predicted, single))
+        base,
+        parameters=own,
+        layers=found,
+        predicted=predicted,
+        quality=residual,
+        notes=(*notes, *_missed(found, predicted, single)),
     )
 
 
