@@ -54,7 +54,7 @@ from .models import (
 )
 from .one_layer.contact_laws import over_laws
 from .one_layer.cycle_values import estimates_of
-from .one_layer.fit_recording import fitted, limited
+from .one_layer.fit_recording import fitted, reported
 from .one_layer.loading_curves import FITS
 from .one_layer.machine_stiffness import at_tip, behind, machine_stiffness_of, with_machine
 from .one_layer.model_errors import with_shared_readings
@@ -188,6 +188,7 @@ def identify(
         singles, laws = _further_laws(singles, laws, saturation)
     choice = choice_of(singles, laws, preferred)
     law = choice[0].name if choice else laws[0]
+    singles = [reported(each, (law,), saturation) for each in singles]
     if model is None:
         singles = [over_laws(each, law) for each in singles]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
@@ -322,8 +323,6 @@ def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
     """The fit of one law from recordings that were segmented and fitted one by one."""
     answering = [single for single in singles if law in single.fits]
-    for single in answering:
-        single.fits[law] = limited(single, law)
     own = {single: _own(single, law, given) for single in answering}
     parameters = with_shared_readings(pool(list(own.values())), [single.fits[law] for single in answering])
     two_pass, replaced, refused = None, {}, {}
