@@ -4,7 +4,7 @@
 import contextlib
 import dataclasses
 import functools
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from .cycle_values import CycleFit, CycleOptions
 from .deformation_fit import DeformationFit, fit_deformation
 from .gradual_fit import FirstLayer, fit_gradual
 from .loading_curves import FITS
-from .model_errors import widen_to_cover, widened, with_misfit_below
+from .model_errors import widen_to_cover, widened
 from .segmented_recording import STAGE, SegmentedRecording, segmented, without_drift
 from .staged_fit import agrees, fit_by_stages
 
@@ -41,46 +41,24 @@ ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then f
 
 def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
     """Segment and fit one recording with each stiffness law. Never raises: errors are reported in status and notes."""
-    return reported(fitted(segmented(recording), laws, saturation), laws, saturation)
+    return fitted(segmented(recording), laws, saturation)
 
 
 def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
-    """A segmented recording with the fits of further stiffness laws, their intervals by noise alone."""
-    return _by_law(single, laws, _fits(single, saturation)) if single.events.punctures else single
-
-
-def reported(single: SegmentedRecording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
-    """The recording with the fits of some of its laws as they are reported: the intervals hold the misfit below the
-    puncture and the other readings of the recording, and a saturation depth has its lower limit, which takes several
-    more fits."""
-    others = {cause: (other, _fits(other, saturation)) for cause, other in _retimed(single).items()}
-    complete = functools.partial(_reported, single, others)
-    return _by_law(single, [law for law in laws if law in single.fits], complete) if single.fits else single
-
-
-def _by_law(single: SegmentedRecording, laws: Iterable[str], made: Callable) -> SegmentedRecording:
-    """The recording with the fit, the loading curve and the notes that are ``made`` for each law, or why there is
-    none."""
+    """A segmented recording with the fits of further stiffness laws."""
+    if not single.events.punctures:
+        return single
     fits, loading, notes = dict(single.fits), dict(single.loading), dict(single.law_notes)
+    fit, others = _fits(single, saturation), {k: _fits(other, saturation) for k, other in _retimed(single).items()}
     for law in laws:
         try:
-            fits[law], loading[law], sentences = made(law)
+            found, loading[law], sentences = fit(law)
             notes[law] = tuple(dict.fromkeys(sentences))
+            fits[law] = widen_to_cover(found, _answers(others, law))
         except FAILURES as error:
-            fits.pop(law, None)
             notes[law] = (f"The law {law} cannot be fitted: {error}",)
     status = single.events.status if fits else Status.unreadable
     return dataclasses.replace(single, status=status, law_notes=notes, fits=fits, loading=loading)
-
-
-def _reported(
-    single: SegmentedRecording, others: dict[str, tuple[SegmentedRecording, Callable]], law: str
-) -> tuple[CycleFit, DeformationFit, tuple[str, ...]]:
-    """A fit as it is reported, its loading curve and its notes."""
-    fit, sentences = _with_misfit(single, single.fits[law])
-    fit = widen_to_cover(fit, _answers(others, law))
-    fit = limit_saturation(fit, *_first_layer(single).arrays)
-    return fit, single.loading[law], (*single.law_notes[law], *sentences)
 
 
 def _fits(single: SegmentedRecording, saturation: float | None) -> Callable:
@@ -91,18 +69,12 @@ def _fits(single: SegmentedRecording, saturation: float | None) -> Callable:
     return functools.partial(_fit, single, given=given, before=before, complete=complete)
 
 
-def _with_misfit(single: SegmentedRecording, fit: CycleFit) -> tuple[CycleFit, tuple[str, ...]]:
-    """The fit with the misfit below the puncture in its intervals; the load of a second layer, which a note names, is
-    no such misfit."""
-    return (fit, ()) if len(single.events.punctures) > 1 else with_misfit_below(fit, single)
-
-
-def _answers(others: dict[str, tuple[SegmentedRecording, Callable]], law: str) -> dict[str, CycleFit]:
+def _answers(others: dict[str, Callable], law: str) -> dict[str, CycleFit]:
     """The fits of one law to other readings of a recording, where they have one."""
     found = {}
-    for cause, (other, fit) in others.items():
+    for cause, fit in others.items():
         with contextlib.suppress(*FAILURES):
-            found[cause] = _with_misfit(other, fit(law)[0])[0]
+            found[cause] = fit(law)[0]
     return found
 
 
@@ -310,6 +282,11 @@ def _first_puncture_note(punctures: int, first: float) -> str:
         f"The largest drop of the force is at another depth, but the first puncture, {place}, ends the deformation: "
         "the fit uses the first puncture."
     )
+
+
+def limited(single: SegmentedRecording, law: str) -> CycleFit:
+    """The fit of a law with the lower limit of its saturation depth, which takes several more fits."""
+    return limit_saturation(single.fits[law], *_first_layer(single).arrays)
 
 
 def peak_force(single: SegmentedRecording) -> float:
