@@ -12,7 +12,6 @@
 #include <vector>
 
 #include "layered.hpp"
-#include "stroke.hpp"
 
 namespace needleforce::fit {
 
@@ -273,10 +272,11 @@ class LayeredProblem {
   }
 
   static double dot(const double* a, const double* b, std::size_t n) noexcept {
+    using Pair = double __attribute__((vector_size(16)));
+    const auto products = [&](std::size_t i) { return Pair{a[i], a[i + 1]} * Pair{b[i], b[i + 1]}; };
     Pair one{}, two{};  // apart, so that the additions do not wait for one another
     std::size_t i = 0;
-    for (; i + 4 <= n; i += 4)
-      one += pair_at(a + i) * pair_at(b + i), two += pair_at(a + i + 2) * pair_at(b + i + 2);
+    for (; i + 4 <= n; i += 4) one += products(i), two += products(i + 2);
     for (; i < n; ++i) one[0] += a[i] * b[i];
     return (one[0] + one[1]) + (two[0] + two[1]);
   }
