@@ -79,7 +79,8 @@ def compare(
     given = FitInputs(body, needle_saturation(body), {})
     watched = progress(recordings, "comparing") if progress else recordings
     singles = [fit_single(each, different, given.saturation) for each in watched]
-    common = [single for single in singles if different and set(different) <= set(single.fits)]
+    answering = {law for single in singles for law in single.fits}
+    common = [single for single in singles if answering and answering <= set(single.fits)]
     grown: dict = {}
     rows = [_row(name, law, singles, common, given, progress=progress, grown=grown) for name, law in laws.items()]
     best, *others = _ranked(rows)
@@ -130,17 +131,22 @@ def _row(
         nrmse=fit.quality.nrmse if fit.quality else np.nan,
         left_out=float(np.median(errors)) if len(errors) else np.nan,
         parameters=_shared_parameters(fit) if law is None else len(FITS[law].parameters) + 1 + 2 * _bends(law),
-        notes=held_out.refused,
+        notes=(*_why_none(fit), *held_out.refused),
         prediction=float(ratios[0]),
         replay=float(replayed[0]),
         by_stroke=tuple(float(ratio) for ratio in ratios[1:]),
         cross_validation=held_out,
     )
-    row = row if law is None or not common else _with_loading_curve(row, law, common)
+    row = _with_loading_curve(row, law, common) if common and law in common[0].fits else row
     if name in SAME_FORCE:
         same = f"At one speed it predicts the same force as {SAME_FORCE[name]}: a recording does not distinguish them."
         return replace(row, notes=(same, *row.notes))
     return row
+
+
+def _why_none(fit: Fit) -> tuple[str, ...]:
+    """Why recordings have no model."""
+    return () if fit.model is not None else tuple(dict.fromkeys(each.notes[0] for each in fit.recordings if each.notes))
 
 
 def _with_loading_curve(row: ModelRow, law: str, common: list[SegmentedRecording]) -> ModelRow:

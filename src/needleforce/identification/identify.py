@@ -47,6 +47,7 @@ from .models import (
     MECHANICAL,
     OF_LAYERS,
     derived,
+    model_called,
     model_of,
     needle_saturation,
     stiffness_law,
@@ -56,7 +57,7 @@ from .one_layer.cycle_values import estimates_of
 from .one_layer.fit_recording import fitted, limited
 from .one_layer.loading_curves import FITS
 from .one_layer.machine_stiffness import at_tip, behind, machine_stiffness_of, with_machine
-from .one_layer.model_errors import with_shared_readings
+from .one_layer.model_errors import with_misfit_below, with_shared_readings
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .repeats import paired
@@ -115,8 +116,9 @@ def identify(
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
         neither meets the puncture or the noise. ``layered_yielding`` with a withdrawal if no law of one layer meets the
         puncture, if there is no puncture but the tissue holds the needle in the withdrawal, or if one layer leaves more
-        than 5 % of the peak over insertion, hold and withdrawal and the evidence for layers is very strong (a
-        difference of BIC of 10); ``gradual_layers`` on such evidence without a withdrawal, with two punctures or more.
+        than 5 % of the peak over insertion, hold and withdrawal, more than the noise without the hold, and the evidence
+        for layers is very strong (a difference of BIC of 10); ``gradual_layers`` on such evidence without a withdrawal,
+        with two punctures or more.
         The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
@@ -189,6 +191,7 @@ def identify(
     law = choice[0].name if choice else laws[0]
     if model is None:
         singles = [over_laws(each, law) for each in singles]
+    singles = [with_misfit_below(each, law) for each in singles]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
     if model is not None or seconds or layers is not None or not singles:
         return with_machine(fit, machine)
@@ -245,7 +248,9 @@ def _with_layers(
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
-    chosen = dataclasses.replace(chosen, warnings=(evidence.sentence(law, DEFAULT_LAYERED), *chosen.warnings))
+    chosen = dataclasses.replace(
+        chosen, warnings=(evidence.sentence(model_called(law), DEFAULT_LAYERED), *chosen.warnings)
+    )
     return _compared(chosen, fit, singles) if evidence.for_layers else chosen
 
 
@@ -262,7 +267,7 @@ def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording]
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
-    reason = evidence.sentence(law, GRADUAL_LAYERS, "the insertion")
+    reason = evidence.sentence(model_called(law), GRADUAL_LAYERS, "the insertion")
     return dataclasses.replace(chosen, warnings=(reason, *chosen.warnings))
 
 
@@ -307,7 +312,7 @@ def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
         return fit
     if (evidence := stroke_evidence(one, fit, fit.held_out, singles)) is None:
         return fit
-    sentence = evidence.sentence(one.choice[0].name, fit.settings.layers)
+    sentence = evidence.sentence(model_called(one.choice[0].name), fit.settings.layers)
     if evidence.for_layers:
         return dataclasses.replace(fit, warnings=(*fit.warnings, sentence))
     known = {
@@ -345,7 +350,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
         parameters=parameters,
         model=model,
         quality=residual,
-        warnings=misfit_warning(residual) + warnings_of(singles, model) + trouble,
+        warnings=misfit_warning(residual) + warnings_of(singles, model, law) + trouble,
         held_fixed=held_fixed(given, law, parameters),
         unknown=unknown(given, law, two_pass is not None) + not_narrowed(parameters, fits) + identified_together(fits),
         choice=choice,

@@ -78,6 +78,11 @@ def stiffness_law(name: str) -> str:
     return MODELS.get(name, name)
 
 
+def model_called(law: str) -> str:
+    """The name of the model under which ``stiffness_law`` gives a law."""
+    return next((name for name, each in MODELS.items() if each == law), law)
+
+
 def half_angle(needle: Needle | None) -> float:
     """The tip's half angle [rad], or 45 degrees for an unknown tip: a recording identifies only the product of its
     tangent and the modulus."""
