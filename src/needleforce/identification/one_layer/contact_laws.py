@@ -16,7 +16,7 @@ from ..statistics.noise import LEVEL, TWO_SIDED, noise_of
 from ..statistics.regression import inverse
 from ..strokes import undelayed_depth
 from .cycle_values import CycleFit
-from .deformation_fit import curve_of_least_squares
+from .deformation_fit import fitted_curve
 from .fit_recording import loading_samples
 from .loading_curves import CURVES, LoadingCurve
 from .model_errors import AFTER, strokes_below, widened
@@ -71,7 +71,7 @@ class Loading:
         """The best fit of a law with its contact in the range; None where it cannot be fitted."""
         low = (self.low - self.high) / self.indentation
         scales = {"contact": self.high, "indentation": self.indentation, "places": low * (1.0 - STARTS)}
-        values, squares = curve_of_least_squares(curve, self.depth, self.force, **scales, place_range=(low, 0.0))
+        values, squares = fitted_curve(curve, self.depth, self.force, **scales, place_range=(low, 0.0))
         if not math.isfinite(squares):
             return None
         place, shape = values["contact_depth"], next((values[name] for name in curve.shape), 0.0)

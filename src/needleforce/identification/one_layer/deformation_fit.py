@@ -79,7 +79,7 @@ def fit_deformation(
     curve = FITS[law]
     given = tuple(known[name] for name in curve.shape if known.get(name) is not None)
     indentation = float(depth.max()) - contact
-    values, squares = curve_of_least_squares(curve, depth, force, contact=contact, indentation=indentation, given=given)
+    values, squares = fitted_curve(curve, depth, force, contact=contact, indentation=indentation, given=given)
     if not np.isfinite(squares):
         limit = "no loading curve can be fitted"
         raise InputError("depth or force before the puncture", "not finite", limit, next_step="Remove such samples.")
@@ -114,7 +114,7 @@ def fit_deformation(
     )
 
 
-def curve_of_least_squares(
+def fitted_curve(
     curve: LoadingCurve,
     depth: np.ndarray,
     force: np.ndarray,
