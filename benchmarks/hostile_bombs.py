@@ -143,7 +143,7 @@ def npy_of_a_huge_shape(many: int, chance: random.Random) -> bytes:
 
 def npz_of_zeros(many: int, chance: random.Random) -> bytes:
     made = BytesIO()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name in ("time", "depth", "force"):
             one = BytesIO()
             np.save(one, np.zeros(chance.choice([10**6, 2 * 10**7])))
@@ -162,13 +162,20 @@ def excel_bomb(many: int, chance: random.Random) -> bytes:
     head = b'<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>'
     end = b"</sheetData></worksheet>"
     sheets = [
-        bytes(400 << 20),
-        head + b'<row r="1"><c r="A1"><v>1</v></c></row><row r="1048576"><c r="XFD1048576"><v>1</v></c></row>' + end,
-        b'<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>' + head + b"&b;" * 1000 + end,
-        head + b'<row r="1"><c r="A1"><v>1</v></c></row>' * 10**6 + end,
-        head + b"<row>" * 100_000,
+        lambda: bytes(400 << 20),
+        lambda: (
+            head + b'<row r="1"><c r="A1"><v>1</v></c></row><row r="1048576"><c r="XFD1048576"><v>1</v></c></row>' + end
+        ),
+        lambda: (
+            b'<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+            + head
+            + b"&b;" * 1000
+            + end
+        ),
+        lambda: head + b'<row r="1"><c r="A1"><v>1</v></c></row>' * 10**6 + end,
+        lambda: head + b"<row>" * 100_000,
     ]
-    sheet = chance.choice(sheets)
+    sheet = chance.choice(sheets)()
     return content.zipped_again(
         content.excel(0), lambda name, part: (name, sheet if name.endswith("sheet1.xml") else part)
     )
@@ -228,20 +235,24 @@ def _matrix(matlab_class: int, shape: tuple[int, ...], *parts: bytes) -> bytes:
 
 def matlab_bomb(many: int, chance: random.Random) -> bytes:
     empty = _element(14, b"")
-    inner = _element(14, b"")
-    for _ in range(5000):
-        inner = _matrix(1, (1, 1), inner)
+
+    def within() -> bytes:
+        inner = empty
+        for _ in range(5000):
+            inner = _matrix(1, (1, 1), inner)
+        return inner
+
     forms = [
-        _matrix(6, (20_000_000, 1), _element(9, bytes(160_000_000))),
-        _matrix(1, (10**6, 1), empty * 10**6),
-        _matrix(1, (2**31 - 1, 2**31 - 1), empty),
-        _matrix(2, (2**20, 2**11), _element(5, struct.pack("<i", 8)), _element(1, b"a".ljust(8, b"\0"))),
-        _matrix(2, (2**30, 1), _element(5, struct.pack("<i", 0)), _element(1, b"")),
-        _matrix(4, (10**8, 1), _element(16, bytes(10**8))),
-        _matrix(5, (2**30, 2**30), _element(5, bytes(8)), _element(5, bytes(8)), _element(9, bytes(8))),
-        inner,
+        lambda: _matrix(6, (20_000_000, 1), _element(9, bytes(160_000_000))),
+        lambda: _matrix(1, (10**6, 1), empty * 10**6),
+        lambda: _matrix(1, (2**31 - 1, 2**31 - 1), empty),
+        lambda: _matrix(2, (2**20, 2**11), _element(5, struct.pack("<i", 8)), _element(1, b"a".ljust(8, b"\0"))),
+        lambda: _matrix(2, (2**30, 1), _element(5, struct.pack("<i", 0)), _element(1, b"")),
+        lambda: _matrix(4, (10**8, 1), _element(16, bytes(10**8))),
+        lambda: _matrix(5, (2**30, 2**30), _element(5, bytes(8)), _element(5, bytes(8)), _element(9, bytes(8))),
+        within,
     ]
-    packed = zlib.compress(chance.choice(forms))
+    packed = zlib.compress(chance.choice(forms)(), 1)
     return content.matlab(0)[:128] + struct.pack("<II", 15, len(packed)) + packed * chance.choice([1, 1, 3])
 
 
@@ -257,13 +268,13 @@ def hdf5_bomb(many: int, chance: random.Random) -> bytes:
 
     def chunk(file):  # which unpacks to more than it may
         made = file.create_dataset("time", shape=(1000,), dtype="f8", chunks=(1000,), compression="gzip")
-        made.id.write_direct_chunk((0,), zlib.compress(bytes(200_000_000)))
+        made.id.write_direct_chunk((0,), zlib.compress(bytes(200_000_000), 1))
 
     def twice(file):
         plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         plan.set_chunk((1000,)), plan.set_deflate(9), plan.set_deflate(9)
         made = h5py.h5d.create(file.id, b"time", h5py.h5t.NATIVE_DOUBLE, h5py.h5s.create_simple((1000,)), plan)
-        made.write_direct_chunk((0,), zlib.compress(zlib.compress(bytes(200_000_000))))
+        made.write_direct_chunk((0,), zlib.compress(zlib.compress(bytes(200_000_000), 1)))
 
     def groups(file):
         for number in range(20_000):

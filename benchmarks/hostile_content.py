@@ -36,7 +36,7 @@ def zipped_again(data: bytes, changed: Callable[[str, bytes], tuple[str, bytes]]
     made = BytesIO()
     with (
         zipfile.ZipFile(BytesIO(data)) as old,
-        zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as new,
+        zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as new,
         warnings.catch_warnings(),
     ):
         warnings.simplefilter("ignore")  # a name that is there twice is meant
