@@ -128,9 +128,9 @@ class Comparison(Result, tuple[ModelRow, ...]):
             (
                 row.model, plain(row.prediction, "1"), plain(row.replay, "1"), plain(row.nrmse, "1"),
                 f"+{row.evidence - best:.1f}" if row.evidence > best else "lowest" if row.evidence == best else DASH,
-                str(row.parameters), "best" if row is self[0] else "ties" if row.ties else "",
+                str(row.parameters), _verdict(k, row),
             )
-            for row in self
+            for k, row in enumerate(self)
         ]  # fmt: skip
         return self.HEAD, rows
 

@@ -192,7 +192,7 @@ def identify_layered(
         parameters=parameters,
         model=model,
         quality=pooled_quality(recordings),
-        warnings=(*warnings_of(singles, model, one_layer=False), *trouble, *warnings_on(ended, recordings, misfit)),
+        warnings=(*warnings_of(singles, model), *trouble, *warnings_on(ended, recordings, misfit)),
         held_fixed=held_fixed(ended),
         unknown=(
             *not_identified(ended, parameters, known.undetermined),

@@ -29,6 +29,8 @@ AFTER = ("friction_per_length", "cutting_force")
 BENDS = {"time": ONE_IN_40, "bend": SIGNIFICANT}
 """[standard errors] of the growth of friction that noise does not explain, by the bend that shows it. The friction at
 the contact by the insertion alone is an extrapolation: its interval would be wide for nothing more often."""
+INTACT = 1e-3  # of the contact that a gradual rupture leaves, so that none of it is in the friction behind
+SURE = SIGNIFICANT / TWO_SIDED  # [half widths] from which on a difference between strokes is named
 MIN_SAMPLES = 20  # of a stroke in the tissue, for a line of its own
 DISAGREE = (
     "Insertion and withdrawal disagree on the friction per length: {own} by themselves, {together:.3g} N/m together. "
@@ -95,7 +97,7 @@ def strokes_below(fit: CycleFit, single: SegmentedRecording) -> list[Stroke]:
     """The strokes of a fit below its puncture, those with enough samples."""
     strokes, time = single.strokes, single.recording.time
     contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.puncture.left_out
-    used = slice(fit.puncture.before + w, len(strokes.depth_in) - w)
+    used = slice(max(fit.puncture.before, _fallen(fit, strokes.depth_in)) + w, len(strokes.depth_in) - w)
     cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero, time[strokes.index_in[used]]
     back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero, time[strokes.index_out[w:]]
     inside = back[0] > 0.0
@@ -112,6 +114,15 @@ def strokes_below(fit: CycleFit, single: SegmentedRecording) -> list[Stroke]:
     ]
 
 
+def _fallen(fit: CycleFit, depth: np.ndarray) -> int:
+    """The first sample of the insertion at a ``depth`` (n,) [m] behind a gradual rupture; 0 for a sharp one."""
+    values = fit.values
+    if "rupture_length" not in values:
+        return 0
+    length = values["rupture_length"] * math.log(1.0 / INTACT) ** (1.0 / values["rupture_exponent"])
+    return int(np.searchsorted(depth, values["contact_depth"] + values["rupture_onset"] + length))
+
+
 def _with_own_noise(stroke: Stroke, filter_length: int) -> Stroke:
     """The stroke with the noise about its own line; a line that both strokes share leaves misfit in it."""
     line, n = stroke.line, len(stroke.length)
@@ -120,21 +131,25 @@ def _with_own_noise(stroke: Stroke, filter_length: int) -> Stroke:
     return replace(stroke, noise=noise, slow=slow_noise(residual, line, noise), bent=residual)
 
 
-def with_misfit_below(fit: CycleFit, single: SegmentedRecording) -> tuple[CycleFit, tuple[str, ...]]:
-    """The fit with the misfit below the puncture in the intervals of friction and cutting force, and a sentence if its
-    strokes disagree.
+def with_misfit_below(single: SegmentedRecording, law: str) -> SegmentedRecording:
+    """The recording with the misfit below the puncture in the intervals of friction and cutting force of one law's fit,
+    and a note if its strokes disagree.
 
     The slow part of each stroke's residual adds to the covariance. Where a stroke by itself disagrees with the fit by
     more than both intervals, or the withdrawal does not end in zero force at the contact, the intervals hold the
-    stroke's own friction too, with the cutting force that belongs to it. All of these tests are at the level of the
-    intervals, so 5 % of the recordings that follow the model are widened for nothing. Where strokes disagree, what
-    their common line leaves is no noise: the random part is then that of the noise about the strokes' own lines.
-    Strokes that are bent hold what a force that changes with time leaves at the contact.
+    stroke's own friction too, with the cutting force that belongs to it. What the contact depth may be is in the fit's
+    intervals before, so that a contact which the loading law misses is no such disagreement. All of these tests are at
+    the level of the intervals, so 5 % of the recordings that follow the model are widened for nothing. Where strokes
+    disagree, what their common line leaves is no noise: the random part is then that of the noise about the strokes'
+    own lines. Strokes that are bent hold what a force that changes with time leaves at the contact. The load of a
+    second layer, which a note names, is no such misfit.
     """
-    filter_length = single.recording.card.filter_length
+    fit, filter_length = single.fits.get(law), single.recording.card.filter_length
+    if fit is None or FITS[law].foundation != "linear" or len(single.events.punctures) > 1:
+        return single
     parts = [_with_own_noise(each, filter_length) for each in strokes_below(fit, single)]
-    if not parts or not parts[0].inwards or FITS[fit.law].foundation != "linear":
-        return fit, ()
+    if not parts or not parts[0].inwards:
+        return single
     random = _random_shares(fit, parts, filter_length)
     others, bends = _disagreeing(fit, parts, random["friction_per_length"]), _bends(fit, parts)
     moved = {cause: bend.moved(fit) for cause, bend in bends.items()}
@@ -145,20 +160,25 @@ def with_misfit_below(fit: CycleFit, single: SegmentedRecording) -> tuple[CycleF
     fit = _with_slow_noise(fit, parts)
     sentences = [bend.sentence for bend in shown.values()]
     if others:
-        sentences.insert(0, _sentence(parts, fit.values["friction_per_length"]))
+        sentences = [each for each in (_sentence(fit, parts), *sentences) if each]
         fit = _with_random(fit, random)
-    return widen_to_cover(fit, others | changed), tuple(sentences)
+    notes = tuple(dict.fromkeys((*single.law_notes.get(law, ()), *sentences)))
+    fits = single.fits | {law: widen_to_cover(fit, others | changed)}
+    return replace(single, fits=fits, law_notes=single.law_notes | {law: notes})
 
 
-def _sentence(parts: list[Stroke], together: float) -> str:
-    """What disagrees: the strokes with each other, or both with the fit."""
+def _sentence(fit: CycleFit, parts: list[Stroke]) -> str:
+    """What disagrees, beyond noise in all but one of a thousand recordings: the strokes with each other, or both with
+    the fit; empty where only a contact depth within its interval is another one."""
     own = [(float(values[0]), float(halves[0])) for values, halves in (part.own for part in parts)]
     words = " and ".join(f"{value:.3g}" for value, _ in own) + " N/m"
     if len(own) < 2:
-        return ALONE.format(own=words, together=together)
-    (one, half), (other, width) = own
-    agree = abs(one - other) <= math.hypot(half, width)
-    return (ELSEWHERE if agree else DISAGREE).format(own=words, together=together)
+        found = ALONE
+    elif abs(own[0][0] - own[1][0]) > SURE * math.hypot(own[0][1], own[1][1]):
+        found = DISAGREE
+    else:
+        found = ELSEWHERE if _level(fit, parts, SURE) else ""
+    return found.format(own=words, together=fit.values["friction_per_length"])
 
 
 def _random_shares(fit: CycleFit, parts: list[Stroke], filter_length: int) -> dict[str, float]:
@@ -279,17 +299,32 @@ def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, 
     """The fit with the friction of a stroke by itself, for each stroke that disagrees with it; ``share`` of the
     interval of the fit is random."""
     name = "friction_per_length"
-    value, half = fit.values[name], share * 0.5 * (fit.high[name] - fit.low[name])
+    value, (below, above) = fit.values[name], fit.systematic_part(name)
+    half = share * 0.5 * (fit.high[name] - fit.low[name] - below - above)
     own = [part.own for part in parts]
-    level = own[1][0][1] if len(parts) > 1 and abs(own[1][0][1]) > own[1][1][1] else 0.0
+    level = _level(fit, parts)
     best = min(own, key=lambda each: each[1][0])
     found = {}
     for part, each in zip(parts, own):
-        away = abs(float(each[0][0]) - value) > math.hypot(half, each[1][0])
+        change, error = float(each[0][0]) - value, math.hypot(half, each[1][0])
+        away = not -below - error <= change <= above + error
         if away or (level and each is best):
             other = _with_friction(fit, parts[0], float(each[0][0]), float(each[1][0]), float(level))
             found["insertion" if part.inwards else "withdrawal"] = other
     return found
+
+
+def _level(fit: CycleFit, parts: list[Stroke], sure: float = 1.0) -> float:
+    """The force [N] at which the withdrawal by itself ends at the contact, 0 where its error, so many times, that of
+    the zero and what the contact depth may be explain it."""
+    if len(parts) < 2:
+        return 0.0
+    (friction, level), (_, half) = parts[1].own
+    name = "contact_depth"
+    away = fit.high[name] - fit.values[name] if level > 0.0 else fit.values[name] - fit.low[name]
+    zero = 0.5 * (fit.high["force_offset"] - fit.low["force_offset"])
+    explained = math.hypot(sure * half, *np.nan_to_num([friction * away, sure * zero]))
+    return float(level) if abs(level) > explained else 0.0
 
 
 def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, float]]:
@@ -335,8 +370,8 @@ def _with_friction(fit: CycleFit, insertion: Stroke, friction: float, half: floa
     insertion's mean, with the errors of contact depth and zero; embedding that begins elsewhere changes it by the
     withdrawal's ``level`` [N] at the contact."""
     friction, mean = max(friction, 0.0), float(insertion.length.mean())
-    contact, zero = (0.5 * (fit.high[name] - fit.low[name]) for name in ("contact_depth", "force_offset"))
     cutting = float(insertion.force.mean()) - friction * mean
+    contact, zero = (0.5 * (fit.high[name] - fit.low[name]) for name in ("contact_depth", "force_offset"))
     width = math.hypot(half * mean, *np.nan_to_num([friction * contact, zero]))
     ends = cutting + min(level, 0.0) - width, cutting + max(level, 0.0) + width
     low = fit.low | dict(zip(AFTER, (friction - half, ends[0])))
