@@ -247,6 +247,18 @@ def with_ruptures(model: Model, depths: Sequence[float] | np.ndarray) -> Model:
     return dataclasses.replace(model, puncture=first, deeper=tuple(deeper))
 
 
+def with_stiffer_contact(model: Model, layer: int, times: float) -> Model:
+    """The model with a contact in one of its layers whose force is so many times as large."""
+    law = model.layers[layer].stiffness
+    forces = [row["name"] for row in law.table() if row["unit"].startswith(("N", "Pa"))]
+    law = law.replace(**{name: times * getattr(law, name) for name in forces})
+    if layer == 0:
+        return dataclasses.replace(model, stiffness=law)
+    deeper = list(model.deeper)
+    deeper[layer - 1] = dataclasses.replace(deeper[layer - 1], stiffness=law)
+    return dataclasses.replace(model, deeper=tuple(deeper))
+
+
 def run_model(
     model: Model, recording: Recording, contact_depth: float, signal: DepthSignal | None = None
 ) -> np.ndarray:

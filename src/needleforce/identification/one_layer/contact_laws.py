@@ -29,7 +29,6 @@ MAX_LOG_RATIO = 12.0  # a contact with less weight has none
 FITTED = 4.0  # that a fit takes from the residual: amplitude, zero, contact, shape
 MAX_HIDDEN = 0.5  # [of the indentation] before the force shows a contact
 STEEPEST, SEGMENTED = 3.0, 2.0  # exponents of the loading curve: the largest here, and that of the segmentation's range
-HELD = 1e-9  # [indentations] range of a contact that is held
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -102,7 +101,6 @@ class Loading:
             indentation=self.indentation,
             places=(places - self.high) / self.indentation,
             shapes=np.array(starts),
-            half_width=HELD,
             shape_range=ends,
         )
         return np.array(found)
@@ -221,9 +219,9 @@ def _slopes(single: SegmentedRecording, fit: CycleFit) -> dict[str, float]:
         found |= dict(zip(fit.order, across.tolist()))
     parts = strokes_below(fit, single)
     if parts and parts[0].inwards:
-        design = np.concatenate([part.design for part in parts])
-        lever = -fit.values["friction_per_length"] * np.sign(design[:, 0])
-        found |= dict(zip(AFTER, np.nan_to_num(-inverse(design.T @ design) @ (design.T @ lever)).tolist()))
+        lever = sum(part.shown * part.products[:2, 1] * (1.0 if part.inwards else -1.0) for part in parts)
+        moved = fit.values["friction_per_length"] * inverse(sum(part.gram for part in parts)) @ lever
+        found |= dict(zip(AFTER, np.nan_to_num(moved).tolist()))
     return found | {"contact_depth": 1.0}
 
 

@@ -200,11 +200,11 @@ def slow_noise(residual: np.ndarray, design: np.ndarray, long_run: float) -> flo
     return found if found > limit * long_run else long_run
 
 
-def student_quantile(freedom: int) -> float:
+def student_quantile(freedom: int, level: float = LEVEL) -> float:
     """Half width of an interval in standard errors that were estimated with ``freedom`` degrees of freedom."""
     from scipy.special import stdtrit  # scipy.stats takes seconds to load
 
-    return float(stdtrit(freedom, 0.5 * (1.0 + LEVEL)))
+    return float(stdtrit(freedom, 0.5 * (1.0 + level)))
 
 
 def sandwich(bread: np.ndarray, grams: np.ndarray, noises: list[Noise]) -> np.ndarray:
