@@ -11,6 +11,7 @@ from io import BytesIO
 from pathlib import Path
 
 import hostile_content as content
+import log_files
 import numpy as np
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
@@ -103,18 +104,18 @@ def _marks(chance: random.Random) -> bytes:
 def bag_bomb(folder: Path, chance: random.Random) -> Path:
     match chance.randrange(5):
         case 0:
-            return content.bag(folder, "sqlite3", content.database(views=True))
+            return log_files.bag(folder, "sqlite3", log_files.database(views=True))
         case 1:
-            return content.bag(folder, "mcap", mcap_bomb(0, chance))
+            return log_files.bag(folder, "mcap", mcap_bomb(0, chance))
         case 2:
             levels = "".join(f"l{k}: &l{k} {{<<: [*l{k - 1}, *l{k - 1}]}}\n" for k in range(1, 40))
-            return content.bag(folder, "mcap", MCAP, b"l0: &l0 {a: 1}\n" + levels.encode())
+            return log_files.bag(folder, "mcap", MCAP, b"l0: &l0 {a: 1}\n" + levels.encode())
         case 3:
-            return content.bag(folder, "mcap", MCAP, b"[" * chance.choice([1000, 10**5, 10**6]))
-    made = content.METADATA.format(storage="mcap", name="bag.mcap.zstd")
+            return log_files.bag(folder, "mcap", MCAP, b"[" * chance.choice([1000, 10**5, 10**6]))
+    made = log_files.METADATA.format(storage="mcap", name="bag.mcap.zstd")
     for word, other in (("mode", "FILE"), ("format", "zstd")):
         made = made.replace(f"compression_{word}: ''", f"compression_{word}: {other}")
-    return content.bag(folder, "mcap", MCAP, made.encode())
+    return log_files.bag(folder, "mcap", MCAP, made.encode())
 
 
 def toml_bomb(many: int, chance: random.Random) -> str:
@@ -335,7 +336,7 @@ def records_bomb(many: int, chance: random.Random) -> bytes:
 
 
 def ros1_bomb(many: int, chance: random.Random) -> bytes:
-    data = bytearray(content.ros1(chance.randrange(3)))
+    data = bytearray(log_files.ros1(chance.randrange(3)))
     field = chance.choice([b"conn_count=", b"chunk_count=", b"index_pos=", b"count=", b"chunk_pos=", b"conn="])
     places = [at for at in range(len(data)) if data.startswith(field, at)]
     for at in places[: chance.choice([1, 100])]:
