@@ -16,6 +16,7 @@ from ..statistics.noise import LEVEL, TWO_SIDED, noise_of
 from ..statistics.regression import inverse
 from ..strokes import undelayed_depth
 from .cycle_values import CycleFit
+from .deformation_fit import fitted_curve
 from .fit_recording import loading_samples
 from .loading_curves import CURVES, LoadingCurve
 from .model_errors import AFTER, strokes_below, widened
@@ -68,31 +69,22 @@ class Loading:
 
     def least_squares(self, curve: LoadingCurve) -> "Found | None":
         """The best fit of a law with its contact in the range; None where it cannot be fitted."""
-        starts, ends, _ = self._shape(curve)
-        low, high = ((end - self.high) / self.indentation for end in (self.low, self.high))
-        amplitudes, place, shape, zero, squares = core.fit_loading(
-            self.depth,
-            self.force,
-            law=curve.law.name,
-            contact=self.high,
-            indentation=self.indentation,
-            places=low + (high - low) * STARTS,
-            shapes=np.array(starts),
-            place_range=(low, high),
-            shape_range=ends,
-        )
+        low = (self.low - self.high) / self.indentation
+        scales = {"contact": self.high, "indentation": self.indentation, "places": low * (1.0 - STARTS)}
+        values, squares = fitted_curve(curve, self.depth, self.force, **scales, place_range=(low, 0.0))
         if not math.isfinite(squares):
             return None
-        values = dict(zip((*curve.amplitudes, *curve.shape), (*amplitudes[: len(curve.amplitudes)], shape)))
-        residual = self.force - zero - curve.force(self.depth - place, values)
-        return Found(squares=float(squares), residual=residual, place=place, shape=shape)
+        place, shape = values["contact_depth"], next((values[name] for name in curve.shape), 0.0)
+        residual = self.force - values["force_offset"] - curve.force(self.depth - place, values)
+        return Found(squares=squares, residual=residual, place=place, shape=shape)
 
     def squares(self, curve: LoadingCurve, places: np.ndarray, near: float) -> np.ndarray:
         """Sums of squares (n,) [N²] of a law with its contact at each of ``places`` (n,) [m], with its shape started
         ``near`` a value; infinite where it cannot be fitted."""
-        starts, ends, power = self._shape(curve)
-        if curve.shape:
-            starts = (near / self.indentation**power, starts[len(starts) // 2])
+        starts, ends = (0.0,), (0.0, 0.0)
+        for each in curve.shape.values():
+            starts = (near / self.indentation**each.power, each.starts[len(each.starts) // 2])
+            ends = each.low, each.high
         found = core.loading_profile(
             self.depth,
             self.force,
@@ -104,12 +96,6 @@ class Loading:
             shape_range=ends,
         )
         return np.array(found)
-
-    def _shape(self, curve: LoadingCurve) -> tuple[tuple[float, ...], tuple[float, float], int]:
-        """Starts and range of a law's shape parameter, in units of the indentation to a power, and that power."""
-        for each in curve.shape.values():
-            return each.starts, (each.low, each.high), each.power
-        return (0.0,), (0.0, 0.0), 0
 
 
 def loading_of(single: SegmentedRecording) -> Loading | None:

@@ -150,7 +150,7 @@ def _autocovariance(residual: np.ndarray, count: int, filter_length: int) -> tup
         found = _last_correlated_lag(covariance, count)
         if 2 * found <= lags or lags == max_lags:
             return covariance, min(found, lags // 2)
-        lags *= 2
+        lags *= 8  # a spectrum has many more lags at once
 
 
 def _lagged_products(residual: np.ndarray, lags: int) -> np.ndarray:
