@@ -126,8 +126,10 @@ def quality(force: np.ndarray, predicted: np.ndarray, reversing: np.ndarray | No
     found = Quality(rmse, rmse / peak, 1.0 - residual / variance)
     if reversing is None or not reversing.any() or reversing.all():
         return found
-    parts = (float(np.sqrt(np.mean(left[part] ** 2))) for part in (~reversing, reversing))
-    return dataclasses.replace(found, sliding_N=next(parts), reversal_N=next(parts))
+    turning = left[reversing]
+    squares = core.product(turning, turning)
+    sliding = math.sqrt(max(residual * len(left) - squares, 0.0) / (len(left) - len(turning)))
+    return dataclasses.replace(found, sliding_N=sliding, reversal_N=math.sqrt(squares / len(turning)))
 
 
 def misfit_warning(found: Quality | None) -> tuple[str, ...]:
