@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 MEANINGS = {
     "prediction ÷": "error on held-out repeats over the floor. Each repeat is predicted by a fit to the others only, "
     "with their mean contact and puncture depths; rms over the repeats.",
-    "replay ÷": "the same with the puncture depths of the held-out repeat itself: the remaining error is that of the "
-    "law.",
+    "replay ÷": "the same with the depths and forces of the held-out repeat's own punctures: the remaining error is "
+    "that of the law.",
     "insertion, hold, withdrawal ÷": "the prediction error in each part of the cycle, over the floor.",
     "ties": "the error differs from the lowest by no more than its own noise between repeats: these recordings do not "
     "distinguish the two models. The tied model with the lowest BIC of the loading curve comes first.",

@@ -57,7 +57,7 @@ from .one_layer.cycle_values import estimates_of
 from .one_layer.fit_recording import fitted, limited
 from .one_layer.loading_curves import FITS
 from .one_layer.machine_stiffness import at_tip, behind, machine_stiffness_of, with_machine
-from .one_layer.model_errors import with_shared_readings
+from .one_layer.model_errors import with_misfit_below, with_shared_readings
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .repeats import paired
@@ -116,8 +116,9 @@ def identify(
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
         neither meets the puncture or the noise. ``layered_yielding`` with a withdrawal if no law of one layer meets the
         puncture, if there is no puncture but the tissue holds the needle in the withdrawal, or if one layer leaves more
-        than 5 % of the peak over insertion, hold and withdrawal and the evidence for layers is very strong (a
-        difference of BIC of 10); ``gradual_layers`` on such evidence without a withdrawal, with two punctures or more.
+        than 5 % of the peak over insertion, hold and withdrawal, more than the noise without the hold, and the evidence
+        for layers is very strong (a difference of BIC of 10); ``gradual_layers`` on such evidence without a withdrawal,
+        with two punctures or more.
         The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
@@ -190,6 +191,7 @@ def identify(
     law = choice[0].name if choice else laws[0]
     if model is None:
         singles = [over_laws(each, law) for each in singles]
+    singles = [with_misfit_below(each, law) for each in singles]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
     if model is not None or seconds or layers is not None or not singles:
         return with_machine(fit, machine)
@@ -348,7 +350,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
         parameters=parameters,
         model=model,
         quality=residual,
-        warnings=misfit_warning(residual) + warnings_of(singles, model) + trouble,
+        warnings=misfit_warning(residual) + warnings_of(singles, model, law) + trouble,
         held_fixed=held_fixed(given, law, parameters),
         unknown=unknown(given, law, two_pass is not None) + not_narrowed(parameters, fits) + identified_together(fits),
         choice=choice,

@@ -67,7 +67,7 @@ def identify_insertion_layers(singles: list[SegmentedRecording], given: FitInput
         parameters=parameters,
         model=model,
         quality=residual,
-        warnings=(*misfit_warning(residual), *warnings_of(singles, model, one_layer=False), *trouble),
+        warnings=(*misfit_warning(residual), *warnings_of(singles, model), *trouble),
         held_fixed=HELD,
         unknown=UNKNOWN,
         settings=settings_of("cone_cylinder", given.needle, singles),
