@@ -88,7 +88,7 @@ def test_a_law_that_passes_for_another_has_the_modulus_in_its_interval(name, man
         stress = stress + 0.005 * stress.max() * np.random.default_rng(seed).standard_normal(80)
         found = fit_stress(StressCurve(stretch, stress)).young_modulus
         inside += found.low <= 3e5 <= found.high
-    assert inside >= 0.93 * count - 1  # none of them, by the law alone
+    assert inside >= 0.85 * count - 1  # half of them or none, by the law alone
 
 
 def test_a_start_that_no_reading_resolves_has_no_modulus():
