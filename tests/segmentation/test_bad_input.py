@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from closed_form import PUNCTURE, joined, paper_insertion, part
+from closed_form import PUNCTURE, paper_insertion, part
 
 import needleforce as nf
 from needleforce.recording.recording import Recording
@@ -24,12 +24,6 @@ def noted(events, words):
 
 def test_a_plain_recording_has_no_notes():
     assert not nf.segment(RUN).notes and nf.segment(RUN).status == "ok"
-
-
-def test_two_insertions():
-    events = nf.segment(joined([RUN, RUN]))
-    assert noted(events, "2 insertions") and events.status == "ok"
-    assert len(events.spans("extraction")) == 2
 
 
 def test_a_short_withdrawal_to_the_air_ends_an_insertion():

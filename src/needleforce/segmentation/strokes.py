@@ -74,11 +74,6 @@ def white_noise(values: np.ndarray) -> float:
     return core.second_difference_noise(values)
 
 
-def reversals(depth: np.ndarray, min_travel: float) -> list[int]:
-    """Sample numbers of the alternating minima and maxima of ``depth``, at least ``min_travel`` apart."""
-    return core.reversals(depth, min_travel)
-
-
 def deepest_sample(depth: np.ndarray, force: np.ndarray) -> int:
     """The sample at which the stroke inwards ends: of those at the largest (n,) depth, which a rounded depth has
     several of, the one with the largest force [N]; in a rest there the force only falls."""
@@ -101,7 +96,7 @@ def cycles(time: np.ndarray, depth: np.ndarray) -> tuple[Cycle, ...]:
     span, noise = float(np.ptp(coarse)), white_noise(coarse)
     if not span > max(MIN_RANGE_M, 20.0 * noise):
         return ()
-    found = _refined(depth, reversals(coarse, REVERSAL_SHARE * span), stride)
+    found = _refined(depth, core.reversals(coarse, REVERSAL_SHARE * span), stride)
     rest_distance = max(REST_SHARE * span, 4.0 * noise)
     strokes = zip(found[:-1], found[1:], [*found[2:], None], strict=True)
     return tuple(
@@ -299,12 +294,3 @@ def _quantum(depth: np.ndarray, step: float) -> float:
     moved = np.abs(np.diff(depth))
     moved = moved[moved > 0.0]
     return float(moved.min()) if 0 < len(moved) < 0.5 * len(depth) and moved.min() > step else 0.0
-
-
-def first_run(above: np.ndarray, length: int) -> int | None:
-    """The index at which the first run of at least ``length`` true values in (m,) ``above`` starts, or None."""
-    if len(above) < length:
-        return None
-    sums = np.concatenate(([0], np.cumsum(above)))
-    starts = np.flatnonzero(sums[length:] - sums[:-length] == length)
-    return int(starts[0]) if len(starts) else None
