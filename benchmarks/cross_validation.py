@@ -33,7 +33,7 @@ Each repeat of {conditions} conditions is predicted by a model identified from t
 start. The {files} files were recorded by others in skin, muscle and artery phantoms at 1 to 3 mm/s. Values are errors
 over the *floor*, the error of the mean of the other repeats of the same motion, by depth in the strokes and by time in
 the hold. Both errors are rms over the whole cycle, hold included, over the peak. *Prediction* uses the motion only,
-*replay* also the repeat's own detected punctures. A perfect predictor would reach {perfect:.2f}.
+*replay* also depth and force of the repeat's own punctures. A perfect predictor would reach {perfect:.2f}.
 
 Made by `python benchmarks/cross_validation.py --full --write docs/evidence/cross_validation.md`. Conditions are taken
 from the file names; no setting depends on them.

@@ -18,7 +18,7 @@ from rich.table import Table
 
 import needleforce as nf
 from needleforce import core
-from needleforce.identification.models import COMPARED, LAYERED
+from needleforce.identification.models import COMPARED, OF_LAYERS
 
 ROOT = Path(__file__).resolve().parents[1]
 PAPER = nf.preset("paper")
@@ -276,7 +276,7 @@ def identifying():
         name = f"identify, {len(arrays[0])} samples as arrays, {what} (ms of processor time)"
         yield name, f"{1e3 * took:.1f}, {took / unit:.1f} x segmenting", limit, met
     repeats = [noisy_arrays("layered", 200.0, seed, speed=2e-3, depth=15e-3) for seed in range(4)]
-    every = (*COMPARED, *LAYERED)
+    every = (*COMPARED, *OF_LAYERS)
     works = [
         ("identify, four layered repeats", 1.0, lambda: nf.identify(repeats, model="layered")),
         ("compare all models on four repeats", 10.0, lambda: nf.compare(repeats, models=every)),

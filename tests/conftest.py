@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 import contextlib
+import inspect
 import signal
-import zlib
 from pathlib import Path
 
 import progress_lines
@@ -38,15 +38,25 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    """``--long`` runs what has the fixture ``many`` or the marker ``long``. The tests of a file are in one share."""
+    """``--long`` runs what has the fixture ``many`` or the marker ``long``. Every seventh test is in one share: the
+    cases of one test, which take equally long, are on different days. Tests that share what repeats are together."""
     long, share = config.getoption("--long"), config.getoption("--share")
 
+    def is_marked(item):
+        return item.get_closest_marker("long") is not None
+
+    def repeats(item):
+        return is_marked(item) or "many" in getattr(item, "fixturenames", ())
+
+    def group(item):
+        repeats_itself = is_marked(item) or "many" in inspect.signature(item.function).parameters
+        return item.nodeid if repeats_itself else item.nodeid.split("::")[0]
+
+    groups = list(dict.fromkeys(group(item) for item in items if repeats(item)))
+    of_share = set(groups[share - 1 :: SHARES] if share else groups)
+
     def is_chosen(item):
-        marked = item.get_closest_marker("long") is not None
-        if not long:
-            return not marked
-        repeats = marked or "many" in getattr(item, "fixturenames", ())
-        return repeats and share in (0, 1 + zlib.crc32(item.nodeid.split("::")[0].encode()) % SHARES)
+        return repeats(item) and group(item) in of_share if long else not is_marked(item)
 
     config.hook.pytest_deselected(items=[item for item in items if not is_chosen(item)])
     chosen = [item for item in items if is_chosen(item)]

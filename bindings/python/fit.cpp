@@ -142,7 +142,8 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig> layer_forces(const Row
       Row row;
       std::memcpy(&row, numbers.data() + k * numbers.shape(1), sizeof row);
       fit::prepare_steps({depth.data(), n}, {dt.data(), n}, row.relaxation, steps.data());
-      fit::layer_force(row.layer, row.relaxation, form, steps, forces + k * n);
+      fit::PressedLayer pressed;
+      fit::layer_force(row.layer, row.relaxation, form, steps, pressed, forces + k * n);
     }
   }
   return {flat.data(), {rows, n}, nb::cast(flat)};

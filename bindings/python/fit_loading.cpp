@@ -54,7 +54,7 @@ nb::tuple fit_loading(const Values& depth, const Values& force, const char* law,
 /// Sums of squares [N²] with the contact held at each of `places`, the shape searched from `shapes`.
 std::vector<double> loading_profile(const Values& depth, const Values& force, const char* law, double contact,
                                     double indentation, const Values& places, const Values& shapes,
-                                    double half_width, std::pair<double, double> shape_range) {
+                                    std::pair<double, double> shape_range) {
   const std::size_t n = depth.shape(0), count = places.shape(0);
   if (n == 0 || force.shape(0) != n) throw nb::value_error("depth and force are empty or differ in length");
   const Curve curve = curve_of(law);
@@ -64,8 +64,7 @@ std::vector<double> loading_profile(const Values& depth, const Values& force, co
   std::array<double, fit::loading_workspace(fit::search_blocks + 1)> workspace;
   for (std::size_t k = 0; k < count; ++k) {
     const double at = places.data()[k];
-    const fit::LoadingSearch search{
-        contact, indentation, {{&at, 1}, at - half_width, at + half_width}, shape};
+    const fit::LoadingSearch search{contact, indentation, {{&at, 1}, at, at}, shape};
     const auto r = curve({{depth.data(), n}, {force.data(), n}}, search,
                          std::span(workspace).first(fit::loading_workspace(n)));
     squares[k] = r.sse;
@@ -81,7 +80,7 @@ void bind_fit_loading(nb::module_& module) {
              nb::arg("place_range"), nb::arg("shape_range"));
   module.def("loading_profile", &loading_profile, nb::arg("depth"), nb::arg("force"), nb::arg("law"),
              nb::arg("contact"), nb::arg("indentation"), nb::arg("places"), nb::arg("shapes"),
-             nb::arg("half_width"), nb::arg("shape_range"));
+             nb::arg("shape_range"));
 }
 
 }  // namespace needleforce::python

@@ -21,7 +21,8 @@ def names(recordings) -> list[str]:
 
 @pytest.fixture(scope="module")
 def real(recordings, names):
-    return campaign(recordings / "needle-insertion-rig", pattern=PATTERN)
+    """By one law: what the tests of names, motions and labels look at does not depend on it."""
+    return campaign(recordings / "needle-insertion-rig", pattern=PATTERN, model="paper")
 
 
 def counted(names) -> Counter:
@@ -61,8 +62,14 @@ def test_without_a_pattern_the_names_give_the_same_conditions(recordings, names,
 
 
 @pytest.mark.long
-def test_all_conditions_with_repeats_are_identified(real):
-    assert all(each.model is not None for each in real.conditions if len(each.recordings) >= 3)
+@pytest.mark.parametrize("place", range(14))
+def test_a_condition_with_repeats_is_identified_and_rarely_has_anomalies(recordings, names, place):
+    repeated = sorted(name for name, count in counted(names).items() if count >= 3)
+    assert len(repeated) == 14
+    (found,) = campaign(f"{recordings}/needle-insertion-rig/{repeated[place]}_*.csv", pattern=PATTERN).conditions
+    assert found.model is not None and len(found.recordings) == counted(names)[repeated[place]]
+    # strokes of another length and falls without a sharp drop; no other fault is visible in these
+    assert {anomaly.kind for one in found.recordings for anomaly in one.anomalies} <= {"motion", "no_puncture"}
 
 
 @pytest.mark.long
@@ -75,9 +82,8 @@ def test_strokes_of_another_length_are_reported(real):
 
 
 @pytest.mark.long
-def test_valid_recordings_rarely_have_anomalies(real):
+def test_few_punctures_of_valid_recordings_are_not_sharp(real):
     kinds = Counter(anomaly.kind for each in real.conditions for one in each.recordings for anomaly in one.anomalies)
-    assert set(kinds) <= {"motion", "no_puncture"}  # no other fault is visible in these
     assert kinds["no_puncture"] <= 4
 
 

@@ -9,7 +9,7 @@ from command_line import run
 
 import needleforce as nf
 from needleforce.commands.compare import names_of
-from needleforce.identification.models import LAYERED, MODELS, stiffness_law
+from needleforce.identification.models import IDENTIFIED, MODELS, OF_LAYERS, stiffness_law
 
 PUNCTURES = ((7.5e-3, 4.5e-3), (8e-3, 5e-3), (8.5e-3, 4.8e-3))  # m below the tops of the two layers
 
@@ -75,5 +75,12 @@ def test_one_recording_has_no_floor(repeats):
 def test_all_is_every_law_once():
     names = names_of("all")
     laws = [stiffness_law(name) for name in names if name in MODELS]
-    assert sorted(laws) == sorted(set(MODELS.values())) and set(LAYERED) <= set(names)
+    assert sorted(laws) == sorted(set(MODELS.values())) and set(OF_LAYERS) <= set(names)
     assert names_of("paper, maurin") == ["paper", "maurin"]
+
+
+@pytest.mark.parametrize("command", ["identify", "compare"])
+def test_the_help_has_every_name(command):
+    shown = run(command, "--help").stdout
+    words = shown.replace("│", " ").replace("|", " ").split()
+    assert not [name for name in IDENTIFIED if not any(name in word for word in words)], shown

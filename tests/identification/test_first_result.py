@@ -53,3 +53,5 @@ def test_a_comparison_refuses_the_same_file_twice_and_takes_a_needle(root):
     run = nf.simulate(nf.preset("paper"), DEEP, rate=200.0)
     free, held = (nf.compare(run, ["cone_cylinder"], needle=needle)[0] for needle in (None, "paper"))
     assert held.bic > free.bic  # a cone that is held fixed cannot fit as well as one that is sought
+    paper, gradual = nf.compare(run, ["gradual_cone", "paper"])  # one law that nothing shows takes no BIC from others
+    assert np.isfinite(paper.bic) and not np.isfinite(gradual.bic) and "rupture is not gradual" in gradual.notes[0]

@@ -72,32 +72,29 @@ def test_the_identified_model_is_the_fit_and_a_preset(tmp_path):
     assert np.abs(np.diff(own)).max() < 0.02 * PEAK  # no jump at the onset
 
 
-def test_a_replay_puts_the_peak_where_the_recording_has_it():
-    recording, fit = identified(0.7e-3, 1)
-    replay = fit.predict(recording, events=nf.segment(recording))
-    peak = recording.depth[np.argmax(replay)]
-    assert abs(peak - fit.parameters.puncture_depth.value) < 0.15e-3
-
-
 @pytest.mark.parametrize("width", [0.1e-3, 0.3e-3, 0.7e-3, 1.5e-3])
-def test_a_replay_meets_the_peak_of_its_own_recording(width):
-    """Contact and punctures of the recording change nothing: the fit has them where the events say."""
+def test_a_replay_has_the_peak_of_its_own_recording(width):
+    """Its force, and its place: the fit has it where the events say."""
     for seed in range(3):
         recording, fit = identified(width, seed)
         replayed = fit.predict(recording, events=nf.segment(recording))
         assert replayed.max() == pytest.approx(recording.force.max(), rel=0.05), seed
+        place = recording.depth[np.argmax(replayed)]
+        assert abs(place - fit.parameters.puncture_depth.value) < 0.15e-3, (seed, place)
 
 
 @pytest.mark.parametrize("width", [1e-9, 0.1e-3, 0.3e-3, 0.7e-3, 1.1e-3, 1.5e-3])
 def test_a_replay_of_another_puncture_has_its_force(monkeypatch, many, width):
-    """One tissue that ruptures 30 % earlier to 20 % later, in a zero of the depth that moves by up to 1 mm. Force at
-    the peak goes by the square of the indentation: the 0.02 mm by which a contact is known are 1 % to 2 %."""
+    """Specimens up to 1.6 times as stiff that rupture 30 % earlier to 20 % later, in a zero of the depth that moves by
+    up to 1 mm: the force at the peak goes by the square of the indentation and by the stiffness."""
     met, alone = [], []
     for seed in range(many(3, 10)):
         runs, tops = [], []
-        for k, longer in enumerate((1.0, 0.7, 0.85, 0.95, 1.1, 1.2)):
+        for k, (longer, stiffer) in enumerate(
+            ((1.0, 1.0), (0.7, 1.3), (0.85, 0.8), (0.95, 1.6), (1.1, 0.7), (1.2, 1.0))
+        ):
             monkeypatch.setattr(f"{__name__}.ONSET", 4e-3 * longer)
-            monkeypatch.setattr(f"{__name__}.PEAK", longer**2)
+            monkeypatch.setattr(f"{__name__}.PEAK", stiffer * longer**2)
             run = insertion(width, 10 * seed + k, deep=9e-3)
             runs.append(nf.Recording(time=run.time, depth=run.depth + 0.2e-3 * k, force=run.force))
             tops.append(insertion(width, 0, noise=0.0, deep=9e-3).force.max())

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce.identification.models import IDENTIFIED
 
 TOPS, INDENTATIONS, PEAKS = (2e-3, 8e-3), (2e-3, 3e-3), (1.0, 1.6)
 
@@ -106,7 +107,7 @@ def test_what_an_insertion_does_not_show_is_said():
         assert not fit.parameters[name].identifiable
     assert any("withdrawal" in each for each in fit.unknown)
     assert fit.warnings[0].startswith("The model is gradual_layers: over the insertion the residual is")
-    assert "model='" in fit.warnings[0]
+    assert fit.warnings[0].split("model='")[1].split("'")[0] in IDENTIFIED
 
 
 def test_one_layer_with_a_second_fall_of_friction_alone_keeps_to_its_evidence():
@@ -147,6 +148,26 @@ def test_layers_of_insertions_are_compared_with_one_layer():
     rows = nf.compare([walls(seed) for seed in range(3)], ["paper", "gradual_layers"])
     assert [row.model for row in rows] == ["gradual_layers", "paper"] and not rows[1].ties
     assert rows[0].left_out < 0.05 < rows[1].left_out and rows[0].parameters == 2 * 8 + 1
+
+
+def test_the_model_of_a_fit_is_a_model_to_identify(tmp_path):
+    fit = nf.identify(walls(0))
+    fit.save(tmp_path / "walls.toml")
+    for source in (fit.model, tmp_path / "walls.toml"):
+        assert nf.identify(walls(1), model=source).model.name == fit.model.name
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_draws_have_the_intervals_and_what_moves_together(count):
+    fit = nf.identify([walls(seed) for seed in range(count)])
+    draws = fit.draws()
+    assert set(draws) == set(fit.parameters) and draws.own["layer_2_top"].shape == (count, 4000)
+    for name, found in fit.parameters.items():
+        low, high = np.quantile(draws[name], (0.025, 0.975)) - np.array([found.low, found.high])
+        assert max(abs(low), abs(high)) < 0.1 * (found.high - found.low) or not found.identifiable, name
+        assert name == "force_offset" or draws.own[name].min() >= 0.0
+    # a deeper contact is a smaller indentation at the same puncture
+    assert np.corrcoef(draws.own["contact_depth"][0], draws.own["puncture_indentation"][0])[0, 1] < -0.9
 
 
 def test_bad_input_is_said():

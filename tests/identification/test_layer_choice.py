@@ -17,11 +17,13 @@ from needleforce.identification.model_choice import with_one_layer_parameters
 MOTION = nf.Motion.insert(start=-4e-3, speed=3e-3, depth=14e-3, hold=6.0, withdraw=True)
 
 
-def recorded(seed=0, kept=1.0):
-    """The paper's tissue with noise of 5 mN; at rest its force falls to a share that the withdrawal keeps."""
+def recorded(seed=0, kept=1.0, outwards=None):
+    """The paper's tissue with noise of 5 mN; at rest its force falls to a share that the withdrawal keeps, or has
+    another one ``outwards``."""
     run = nf.simulate(nf.preset("paper"), MOTION, rate=200.0)
     start = run.time[np.argmax(run.depth >= run.depth.max() - 1e-9)]
     share = kept + (1.0 - kept) * np.exp(-np.clip(run.time - start, 0.0, None) / 1.5)
+    share = share if outwards is None else np.where(np.gradient(run.depth) < 0.0, outwards, share)
     force = run.force * share + np.random.default_rng(seed).normal(0.0, 5e-3, len(run))
     return nf.Recording(time=run.time, depth=run.depth, force=force)
 
@@ -37,14 +39,16 @@ def first(fit):
     return next((each for each in fit.warnings if each.startswith("The model is ")), "")
 
 
-def test_one_layer_that_leaves_the_noise_needs_no_layered_fit(monkeypatch):
+@pytest.mark.parametrize("kept", [1.0, 0.3])
+def test_one_layer_that_leaves_the_noise_of_the_strokes_needs_no_layered_fit(monkeypatch, kept):
     def unexpected(*_):
         raise AssertionError("a layered fit although one layer describes the recording")
 
     monkeypatch.setattr(layered, "identify_layered", unexpected)
-    fit = nf.identify(recorded())
+    fit = nf.identify(recorded(kept=kept, outwards=1.0))
     assert fit.model.name.startswith("identified_") and "layered" not in fit.model.name
     assert not first(fit)
+    assert any("viscous" in each for each in fit.warnings) == (kept < 1.0)
 
 
 @pytest.mark.parametrize("repeats", [1, 2])

@@ -88,9 +88,11 @@ def test_friction_holds_the_truth_where_the_surface_grips_the_shaft(held):
     assert any("Insertion and withdrawal disagree on where" in note and "surface may hold" in note for note in notes)
 
 
-def test_strokes_that_agree_are_not_said_to_disagree(seeds):
-    notes = [fitted(seed).recordings[0].notes for seed in seeds]
-    assert sum(any("disagree" in note for note in found) for found in notes) <= 2
+@pytest.mark.parametrize("power", [1.3, 1.7, 2.0, 2.3])
+def test_strokes_that_agree_are_not_said_to_disagree(power, seeds):
+    """Whatever contact depth the law of the loading curve leaves to them."""
+    notes = [fitted(seed, loading=functools.partial(steep, power)).recordings[0].notes for seed in seeds]
+    assert sum(any("disagree" in note for note in found) for found in notes) <= 0.1 * len(seeds)
 
 
 @pytest.mark.parametrize(("share", "least"), [(0.15, 0.6), (0.3, 0.8), (0.5, 0.8)])

@@ -115,6 +115,14 @@ struct LawsOf {
       std::conditional_t<form == LayeredForm::yielding, laws::PronyLocked, laws::PronyAtRest>>;
 };
 
+/// A layer after so many `steps` of the motion without a puncture. It does not depend on friction, nor on how
+/// much deeper the puncture is.
+struct PressedLayer {
+  std::size_t steps = 0;
+  Element element{};
+  double indentation = 0.0, force = 0.0, slope = 0.0, work = 0.0;
+};
+
 /// One layer with laws known at compile time: the same laws and order as in `Insertion`, a quarter of the
 /// time; a test compares the two.
 template <LayeredForm form>
@@ -123,8 +131,10 @@ class LoneLayer {
   using Shafts = typename Friction::Prepared;
 
  public:
-  LoneLayer(const LayerNumbers& layer, const RelaxationNumbers& relaxation) noexcept
-      : top_(layer.top),
+  LoneLayer(const LayerNumbers& layer, const RelaxationNumbers& relaxation,
+            const PressedLayer& pressed) noexcept
+      : pressed_(pressed),
+        top_(layer.top),
         puncture_(layer.puncture - layer.top),
         contact_(contact_of(layer).prepare()),
         friction_(friction_of(layer).prepare()),
@@ -133,17 +143,22 @@ class LoneLayer {
                       .prepare()
                       .over(1.0)) {}
 
+  const PressedLayer& pressed() const noexcept { return pressed_; }
+
   /// Force [N] after a step.
-  double step(const LayerStep& step, bool first) noexcept {
+  double step(const LayerStep& step) noexcept {
     const double depth = step.depth - top_;
-    if (!pierced_ && depth <= 0.0 && element_.elastic == 0.0) return 0.0;  // not touched yet
+    if (!pierced_ && depth <= 0.0 && pressed_.element.elastic == 0.0) {  // not touched yet
+      ++pressed_.steps;
+      return 0.0;
+    }
     for (int j = 0; j < 2; ++j) relaxing_.left[j] = step.left[j], relaxing_.during[j] = step.during[j];
     Move move{depth,          step.travel,     depth > 0.0 ? std::min(step.travel, depth) : 0.0,
               step.velocity,  step.dt,         step.deepest - top_,
               step.advancing, step.withdrawing};
     if (!pierced_) {
       if (!(depth > puncture_)) return press(move);
-      pierce(depth, first);
+      pierce(depth);
       move.below = std::min(move.below, std::max(0.0, depth - puncture_));
     }
     return drag(move);
@@ -161,24 +176,27 @@ class LoneLayer {
   }
 
   double press(const Move& move) noexcept {
-    const double before = force_;
-    indentation_ = std::max(0.0, move.depth);
-    slope_ = contact_.slope(indentation_);
-    force_ = element_.load(contact_.force(indentation_) - element_.elastic, 0.0,
-                           std::numeric_limits<double>::infinity(), relaxing_, move.advancing);
-    slope_ *= element_.stiffening;
-    work_ += 0.5 * (before + force_) * move.travel;
-    return force_;
+    auto& [steps, element, indentation, force, slope, work] = pressed_;
+    const double before = force;
+    ++steps;
+    indentation = std::max(0.0, move.depth);
+    slope = contact_.slope(indentation);
+    force = element.load(contact_.force(indentation) - element.elastic, 0.0,
+                         std::numeric_limits<double>::infinity(), relaxing_, move.advancing);
+    slope *= element.stiffening;
+    work += 0.5 * (before + force) * move.travel;
+    return force;
   }
 
-  [[gnu::noinline]] void pierce(double depth, bool) noexcept {
-    const double instant = contact_.force(indentation_), energy = contact_.energy(indentation_);
-    const double left = instant > 0.0 ? std::clamp(force_ / instant, 0.0, 1.0) : 0.0;
-    ContactAtPuncture contact{element_, force_, energy, slope_};
+  [[gnu::noinline]] void pierce(double depth) noexcept {
+    const auto& [steps, element, indentation, force, slope, work] = pressed_;
+    const double instant = contact_.force(indentation), energy = contact_.energy(indentation);
+    const double left = instant > 0.0 ? std::clamp(force / instant, 0.0, 1.0) : 0.0;
+    ContactAtPuncture contact{element, force, energy, slope};
     contact.left = left;
     contact.whole_force = left * contact_.force(puncture_);
     contact.whole_energy = left * contact_.energy(puncture_);
-    contact.work = contact.whole_energy + work_ - left * contact_.energy(indentation_);
+    contact.work = contact.whole_energy + work - left * energy;
     contact.relaxing = relaxing_;
     contact.extent = extent();
     contact.depth = depth;
@@ -200,36 +218,38 @@ class LoneLayer {
     return {0.0, puncture_, below, true, below};
   }
 
+  PressedLayer pressed_;
   double top_, puncture_;
   laws::ConeCylinder::Prepared contact_;
   Shafts friction_;
   Relaxing relaxing_;
-  Element element_{};
   Shaft shaft_{};
   typename Shafts::Memory memory_{};
-  double indentation_ = 0.0, force_ = 0.0, slope_ = 0.0, work_ = 0.0;
   bool pierced_ = false;
 };
 
 template <LayeredForm form>
 void layer_force(const LayerNumbers& layer, const RelaxationNumbers& relaxation,
-                 std::span<const LayerStep> steps, double* force) noexcept {
-  LoneLayer<form> lone(layer, relaxation);
-  for (std::size_t i = 0; i < steps.size(); ++i) force[i] = lone.step(steps[i], i == 0);
+                 std::span<const LayerStep> steps, PressedLayer& pressed, double* force) noexcept {
+  LoneLayer<form> lone(layer, relaxation, pressed);
+  for (std::size_t i = pressed.steps; i < steps.size(); ++i) force[i] = lone.step(steps[i]);
+  pressed = lone.pressed();
 }
 
-/// Force (n,) [N] of one layer along a motion; NaN throughout where the engine refuses the parameters. Layers
-/// of dragged tissue add up, so that a stack is the sum of its layers.
+/// Force (n,) [N] of one layer along a motion, from what is `pressed` already on; NaN throughout where the
+/// engine refuses the parameters. Layers of dragged tissue add up, so that a stack is the sum of its layers.
 inline void layer_force(const LayerNumbers& layer, const RelaxationNumbers& relaxation, LayeredForm form,
-                        std::span<const LayerStep> steps, double* force) noexcept {
-  if (!valid(layer, relaxation, form))
+                        std::span<const LayerStep> steps, PressedLayer& pressed, double* force) noexcept {
+  if (!valid(layer, relaxation, form)) {
     std::fill_n(force, steps.size(), std::numeric_limits<double>::quiet_NaN());
-  else if (form == LayeredForm::passive)
-    layer_force<LayeredForm::passive>(layer, relaxation, steps, force);
-  else if (form == LayeredForm::yielding)
-    layer_force<LayeredForm::yielding>(layer, relaxation, steps, force);
-  else
-    layer_force<LayeredForm::as_fitted>(layer, relaxation, steps, force);
+    pressed = {};
+  } else if (form == LayeredForm::passive) {
+    layer_force<LayeredForm::passive>(layer, relaxation, steps, pressed, force);
+  } else if (form == LayeredForm::yielding) {
+    layer_force<LayeredForm::yielding>(layer, relaxation, steps, pressed, force);
+  } else {
+    layer_force<LayeredForm::as_fitted>(layer, relaxation, steps, pressed, force);
+  }
 }
 
 }  // namespace needleforce::fit

@@ -108,18 +108,21 @@ class LayeredProblem {
     return runs_[r].log_speed == 0.0 ? 1.0 : std::exp(runs_[r].log_speed * x[speed()]);
   }
 
-  /// Force (n,) [N] of one layer along a run with a puncture [mm].
+  /// Force (n,) [N] of one layer along a run with a puncture [mm], from what is `pressed` already on.
   void force_of_layer(const double* x, std::size_t r, std::size_t layer, double puncture,
-                      double* force) const {
+                      PressedLayer& pressed, double* force) const {
     const LayeredRun& run = runs_[r];
-    layer_force(numbers(x, layer, puncture), relaxation(x), settings_.form, run.steps, force);
+    const std::size_t first = pressed.steps;
+    layer_force(numbers(x, layer, puncture), relaxation(x), settings_.form, run.steps, pressed, force);
     if (const double scale = factor(x, r); scale != 1.0)
-      for (std::size_t i = 0; i < run.size(); ++i) force[i] *= scale;
+      for (std::size_t i = first; i < run.size(); ++i) force[i] *= scale;
   }
 
-  /// The layers' forces of every run, the weighted residuals, and half the sum of squares.
+  /// The layers' forces of every run, what their punctures began from, the weighted residuals, and half the
+  /// sum of squares.
   struct Evaluation {
     std::vector<std::vector<double>> forces, residuals;
+    std::vector<std::vector<PressedLayer>> pressed;
     double cost = 0.0;
   };
 
@@ -151,11 +154,13 @@ class LayeredProblem {
     Evaluation found;
     found.forces.resize(runs());
     found.residuals.resize(runs());
+    found.pressed.assign(runs(), std::vector<PressedLayer>(layers()));
     for (std::size_t r = 0; r < runs(); ++r) {
       const std::size_t n = runs_[r].size();
       found.forces[r].resize(layers() * n);
       for (std::size_t layer = 0; layer < layers(); ++layer)
-        force_of_layer(x.data(), r, layer, x[puncture(r, layer)], found.forces[r].data() + layer * n);
+        force_of_layer(x.data(), r, layer, x[puncture(r, layer)], found.pressed[r][layer],
+                       found.forces[r].data() + layer * n);
       residuals(r, found.forces[r], found.residuals[r]);
       found.cost += 0.5 * squares(r, found.residuals[r].data());
     }
@@ -201,8 +206,10 @@ class LayeredProblem {
         if (k == speed()) {
           for (std::size_t i = 0; i < n; ++i) column[i] += base[i] * run.log_speed * step;
         } else if (affects(k, layer)) {
-          force_of_layer(moved.data(), r, layer, moved[puncture(r, layer)], force.data());
-          for (std::size_t i = 0; i < n; ++i) column[i] += force[i] - base[i];
+          PressedLayer pressed = presses(k) ? PressedLayer{} : now.pressed[r][layer];
+          const std::size_t first = pressed.steps;
+          force_of_layer(moved.data(), r, layer, moved[puncture(r, layer)], pressed, force.data());
+          for (std::size_t i = first; i < n; ++i) column[i] += force[i] - base[i];
         }
       }
       moved[k] = x[k];
@@ -236,22 +243,28 @@ class LayeredProblem {
                                           std::span<const double> depths) const {
     const std::size_t n = runs_[r].size();
     std::vector<double> forces(layers() * n), residual, found;
-    for (std::size_t k = 0; k < layers(); ++k)
-      force_of_layer(x.data(), r, k, x[puncture(r, k)], forces.data() + k * n);
+    PressedLayer pressed;
+    for (std::size_t k = 0; k < layers(); ++k, pressed = {})
+      force_of_layer(x.data(), r, k, x[puncture(r, k)], pressed, forces.data() + k * n);
+    double shallower = depths.empty() ? 0.0 : depths.front();
     for (const double depth : depths) {
-      force_of_layer(x.data(), r, layer, depth, forces.data() + layer * n);
+      if (depth < shallower) pressed = {};
+      shallower = depth;
+      force_of_layer(x.data(), r, layer, depth, pressed, forces.data() + layer * n);
       residuals(r, forces, residual);
       found.push_back(squares(r, residual.data()));
     }
     return found;
   }
-  /// The sum of squares of all runs where one layer differs from `now`.
+  /// The sum of squares of all runs where the resting surface of one layer differs from `now`.
   double squares_of_layer(const X& x, std::size_t layer, const Evaluation& now) const {
     double sum = 0.0;
     std::vector<double> residual;
     for (std::size_t r = 0; r < runs(); ++r) {
       std::vector<double> forces = now.forces[r];
-      force_of_layer(x.data(), r, layer, x[puncture(r, layer)], forces.data() + layer * runs_[r].size());
+      PressedLayer pressed = now.pressed[r][layer];
+      force_of_layer(x.data(), r, layer, x[puncture(r, layer)], pressed,
+                     forces.data() + layer * runs_[r].size());
       residuals(r, forces, residual);
       sum += squares(r, residual.data());
     }
@@ -259,12 +272,13 @@ class LayeredProblem {
   }
 
   static double dot(const double* a, const double* b, std::size_t n) noexcept {
-    double sums[4] = {};  // four sums, so that the additions do not wait for one another
+    using Pair = double __attribute__((vector_size(16)));
+    const auto products = [&](std::size_t i) { return Pair{a[i], a[i + 1]} * Pair{b[i], b[i + 1]}; };
+    Pair one{}, two{};  // apart, so that the additions do not wait for one another
     std::size_t i = 0;
-    for (; i + 4 <= n; i += 4)
-      for (std::size_t k = 0; k < 4; ++k) sums[k] += a[i + k] * b[i + k];
-    for (; i < n; ++i) sums[0] += a[i] * b[i];
-    return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+    for (; i + 4 <= n; i += 4) one += products(i), two += products(i + 2);
+    for (; i < n; ++i) one[0] += a[i] * b[i];
+    return (one[0] + one[1]) + (two[0] + two[1]);
   }
 
  private:
@@ -279,6 +293,11 @@ class LayeredProblem {
     if (k >= relaxing()) return 1e-4;
     const std::size_t place = k % per_layer;
     return place == top_x || place == surface_x ? 1e-3 : 1e-4;
+  }
+  /// Whether a layer depends on a value up to its puncture.
+  bool presses(std::size_t k) const noexcept {
+    const std::size_t place = k % per_layer;
+    return k < relaxing() ? place <= top_x : k < speed();
   }
   bool affects(std::size_t k, std::size_t layer) const noexcept {
     if (k < relaxing()) return k / per_layer == layer;

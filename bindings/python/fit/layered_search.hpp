@@ -54,7 +54,7 @@ class LayeredSearch {
       x = std::move(tried);
       now = std::move(then);
       damping = std::max(0.2 * damping, 1e-12);
-      if (idle == max_idle_steps) break;
+      if (idle == max_idle_steps || k + 1 == max_steps) break;
       system = as_distances(problem_.equations(x, now, free_));
     }
     return {std::move(x), now.cost};

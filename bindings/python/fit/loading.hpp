@@ -128,7 +128,7 @@ class LoadingProblem {
   /// A curve with a kink at contact has a minimum between some neighbouring samples each: the least of those
   /// near one, the shape following the contact depth along the valley.
   LoadingPoint least_kink(const Stroke& samples, const LoadingPoint& minimum_here) const noexcept {
-    if (!Curve::kinked(minimum_here.x[1])) return minimum_here;
+    if (!Curve::kinked(minimum_here.x[1]) || !(search_.place.low < search_.place.high)) return minimum_here;
     LoadingPoint best = minimum_here;
     const Free shape_alone{best.amplitude[0] > 0, best.amplitude[1] > 0, true, false, free_at(best)[shape]};
     Normal valley = best.normal;

@@ -90,8 +90,9 @@ struct DraggedTissue {
       shaft.embedded = embedded_length(move.depth, shaft.surface);
       if (shaft.embedded == 0.0 && move.withdrawing) return memory.release();
       const double grip = per_length * shaft.embedded;
-      const double torn = std::exp(-(move.deepest - extent.puncture) * per_rupture);
-      const double high = grip + std::max(0.0, memory.peak - grip) * torn;
+      const double above = std::max(0.0, memory.peak - grip);
+      const double torn = above > 0.0 ? std::exp(-(move.deepest - extent.puncture) * per_rupture) : 0.0;
+      const double high = grip + above * torn;
       memory.force = memory.element.drag(stiffness * move.travel, -withdrawal_ratio * grip, high, relaxing,
                                          move.advancing);
       memory.force_by_depth = slope(shaft, memory, grip, torn, move);

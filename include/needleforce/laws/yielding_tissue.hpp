@@ -81,9 +81,11 @@ struct YieldingTissue {
 
     void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                  const Relaxing& relaxing) const noexcept {
+      if (!(move.below > 0.0 && move.below < std::min(move.travel, move.depth)))
+        return dragged.advance(shaft, memory, move, extent, relaxing);
       // in the step of the puncture only the travel after it strains the tissue
       Move own = move;
-      if (move.below > 0.0 && move.below < std::min(move.travel, move.depth)) own.travel = move.below;
+      own.travel = move.below;
       dragged.advance(shaft, memory, own, extent, relaxing);
     }
     double yield(Memory& memory, const Move& move, const LayerExtent& extent,

@@ -11,6 +11,7 @@ import typer
 from ..recording.options import ReadOptions
 from .files import MACHINE_HELP, NEEDLE_HELP, read_all, readable, screen_recordings
 from .flags import takes_flags
+from .identify import MODEL_NAMES
 from .output import JSON_HELP, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
@@ -18,10 +19,8 @@ if TYPE_CHECKING:
 
 NAME = "compare"
 MODELS_HELP = (
-    "Names of models, separated by commas: paper (quadratic), cone_cylinder, power_law, okamura or simone "
-    "(second-order polynomial), maurin (exponential), layered, layered_yielding and layered_as_fitted (some seconds "
-    "each for four recordings); or all for all of them. With friction of a bent shaft: cubic_foundation, "
-    "hyperbolic_foundation, tanh_foundation."
+    "Names of models, separated by commas; or all: each loading curve once, and the models of layers (some seconds "
+    f"each for four recordings). {MODEL_NAMES}"
 )
 
 
@@ -59,10 +58,10 @@ def run(
 
 
 def names_of(models: str) -> list[str]:
-    """The models in a comma-separated list; ``all`` means each loading curve once and the layered models."""
-    from ..identification.models import COMPARED, LAYERED
+    """The models in a comma-separated list; ``all`` means each loading curve once and the models of layers."""
+    from ..identification.models import COMPARED, OF_LAYERS
 
-    return [*COMPARED, *LAYERED] if models.strip() == "all" else [name.strip() for name in models.split(",")]
+    return [*COMPARED, *OF_LAYERS] if models.strip() == "all" else [name.strip() for name in models.split(",")]
 
 
 def _show(rows: "Sequence[ModelRow]", quiet: bool) -> None:

@@ -19,13 +19,17 @@ if TYPE_CHECKING:
     from ..identification.settings import LayeredSettings
 
 NAME = "identify"
+MODEL_NAMES = (
+    "Names: paper (quadratic), cone_cylinder, power_law, okamura or simone (second-order polynomial), or maurin "
+    "(exponential). cubic_foundation, hyperbolic_foundation or tanh_foundation: friction of a bent shaft, beyond the "
+    "paper's line. gradual_cone, gradual_cone_cylinder or gradual_power_law: a contact that ruptures gradually. "
+    "layered, layered_yielding (both passive) or layered_as_fitted: complete cycles of layers that are dragged along, "
+    "rupture and relax, from repeats with hold and withdrawal. gradual_layers: insertions alone through layers that "
+    "rupture one after another."
+)
 MODEL_HELP = (
-    "A name, or a preset, preset file or fit with the same laws. Names: "
-    "paper, cone_cylinder, power_law, okamura (or simone), or maurin; default: paper or cone_cylinder, by the BIC of "
-    "the loading curve. cubic_foundation, hyperbolic_foundation or tanh_foundation: friction of a bent shaft, beyond "
-    "the paper's line. layered, layered_yielding (both passive) or layered_as_fitted: complete cycles of layers that "
-    "are dragged along, rupture and relax, from repeats with hold and withdrawal (half a minute). gradual_layers: "
-    "insertions alone through layers that rupture one after another."
+    "A name, or a preset, preset file or fit with the same laws; default: paper or cone_cylinder, by the BIC of the "
+    f"loading curve, or what describes the recordings where these do not. {MODEL_NAMES}"
 )
 LAYERS_HELP = (
     "Layers of a layered model, 1 to 3; default: the fewest that predict held-out repeats equally well. Of "

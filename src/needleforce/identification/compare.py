@@ -17,7 +17,7 @@ from .comparison import Comparison, ModelRow
 from .cross_validation import cross_validate
 from .diagnostics import FitInputs
 from .identify import Progress, assemble
-from .models import BENT, COMPARED, GRADUAL_LAYERS, LAYERED, MODELS, SAME_FORCE, needle_saturation, stiffness_law
+from .models import COMPARED, GRADUAL_LAYERS, IDENTIFIED, OF_LAYERS, SAME_FORCE, needle_saturation, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
 from .one_layer.fit_recording import fit_single
 from .one_layer.loading_curves import FITS
@@ -68,11 +68,10 @@ def compare(
         to the tissue.
     """
     if not models:
-        known = ", ".join((*MODELS, *BENT, *LAYERED, GRADUAL_LAYERS))
-        raise InputError("number of models", 0, "at least 1 is needed", next_step=f"Give some of {known}.")
-    models = [model_name(each, (*MODELS, *BENT, *SAME_FORCE, *LAYERED, GRADUAL_LAYERS)) for each in models]
-    layered = (*LAYERED, GRADUAL_LAYERS)
-    laws = {name: None if name in layered else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
+        step = f"Give some of {', '.join(IDENTIFIED)}."
+        raise InputError("number of models", 0, "at least 1 is needed", next_step=step)
+    models = [model_name(each, (*IDENTIFIED, *SAME_FORCE)) for each in models]
+    laws = {name: None if name in OF_LAYERS else stiffness_law(SAME_FORCE.get(name, name)) for name in models}
     different = tuple(dict.fromkeys(law for law in laws.values() if law is not None))
     recordings, _ = paired(recordings, ())
     recordings = recordings if machine_stiffness is None else [at_tip(each, machine_stiffness) for each in recordings]
@@ -80,7 +79,8 @@ def compare(
     given = FitInputs(body, needle_saturation(body), {})
     watched = progress(recordings, "comparing") if progress else recordings
     singles = [fit_single(each, different, given.saturation) for each in watched]
-    common = [single for single in singles if different and set(different) <= set(single.fits)]
+    answering = {law for single in singles for law in single.fits}
+    common = [single for single in singles if answering and answering <= set(single.fits)]
     grown: dict = {}
     rows = [_row(name, law, singles, common, given, progress=progress, grown=grown) for name, law in laws.items()]
     best, *others = _ranked(rows)
@@ -131,17 +131,22 @@ def _row(
         nrmse=fit.quality.nrmse if fit.quality else np.nan,
         left_out=float(np.median(errors)) if len(errors) else np.nan,
         parameters=_shared_parameters(fit) if law is None else len(FITS[law].parameters) + 1 + 2 * _bends(law),
-        notes=held_out.refused,
+        notes=(*_why_none(fit), *held_out.refused),
         prediction=float(ratios[0]),
         replay=float(replayed[0]),
         by_stroke=tuple(float(ratio) for ratio in ratios[1:]),
         cross_validation=held_out,
     )
-    row = row if law is None or not common else _with_loading_curve(row, law, common)
+    row = _with_loading_curve(row, law, common) if common and law in common[0].fits else row
     if name in SAME_FORCE:
         same = f"At one speed it predicts the same force as {SAME_FORCE[name]}: a recording does not distinguish them."
         return replace(row, notes=(same, *row.notes))
     return row
+
+
+def _why_none(fit: Fit) -> tuple[str, ...]:
+    """Why recordings have no model."""
+    return () if fit.model is not None else tuple(dict.fromkeys(each.notes[0] for each in fit.recordings if each.notes))
 
 
 def _with_loading_curve(row: ModelRow, law: str, common: list[SegmentedRecording]) -> ModelRow:

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 MEANINGS = {
     "prediction ÷": "error on held-out repeats over the floor. Each repeat is predicted by a fit to the others only, "
     "with their mean contact and puncture depths; rms over the repeats.",
-    "replay ÷": "the same with the puncture depths of the held-out repeat itself: the remaining error is that of the "
-    "law.",
+    "replay ÷": "the same with the depths and forces of the held-out repeat's own punctures: the remaining error is "
+    "that of the law.",
     "insertion, hold, withdrawal ÷": "the prediction error in each part of the cycle, over the floor.",
     "ties": "the error differs from the lowest by no more than its own noise between repeats: these recordings do not "
     "distinguish the two models. The tied model with the lowest BIC of the loading curve comes first.",
@@ -128,9 +128,9 @@ class Comparison(Result, tuple[ModelRow, ...]):
             (
                 row.model, plain(row.prediction, "1"), plain(row.replay, "1"), plain(row.nrmse, "1"),
                 f"+{row.evidence - best:.1f}" if row.evidence > best else "lowest" if row.evidence == best else DASH,
-                str(row.parameters), "best" if row is self[0] else "ties" if row.ties else "",
+                str(row.parameters), _verdict(k, row),
             )
-            for row in self
+            for k, row in enumerate(self)
         ]  # fmt: skip
         return self.HEAD, rows
 

@@ -28,7 +28,7 @@ class CrossValidation:
         Errors (repeats, 4) [1] with the mean puncture depths of the fit, of the complete cycle, insertion, hold and
         withdrawal; NaN without a prediction.
     replay : numpy.ndarray
-        The same with the punctures of the held-out repeat.
+        The same with the depths and forces of the punctures of the held-out repeat.
     floor : numpy.ndarray
         The same of the mean of the other repeats, the repeatability floor.
     refused : tuple of str

@@ -27,7 +27,7 @@ from .one_layer.segmented_recording import SegmentedRecording
 from .recording_fit import RecordingFit
 from .repeats import differing_repeats
 from .settings import FitSettings
-from .statistics.noise import Noise
+from .statistics.noise import SIGNIFICANT, Noise
 
 NO_MODEL = "No model can be made of the identified values: {}"
 MAX_LATERAL_RATIO = 0.1  # [of the axial force] beyond, the paper's neglect of lateral forces is not justified
@@ -126,8 +126,10 @@ def quality(force: np.ndarray, predicted: np.ndarray, reversing: np.ndarray | No
     found = Quality(rmse, rmse / peak, 1.0 - residual / variance)
     if reversing is None or not reversing.any() or reversing.all():
         return found
-    parts = (float(np.sqrt(np.mean(left[part] ** 2))) for part in (~reversing, reversing))
-    return dataclasses.replace(found, sliding_N=next(parts), reversal_N=next(parts))
+    turning = left[reversing]
+    squares = core.product(turning, turning)
+    sliding = math.sqrt(max(residual * len(left) - squares, 0.0) / (len(left) - len(turning)))
+    return dataclasses.replace(found, sliding_N=sliding, reversal_N=math.sqrt(squares / len(turning)))
 
 
 def misfit_warning(found: Quality | None) -> tuple[str, ...]:
@@ -156,10 +158,11 @@ def pooled_quality(recordings: tuple[RecordingFit, ...]) -> Quality | None:
     return Quality(r2=float(np.mean([each.r2 for each in known])), **pooled)
 
 
-def warnings_of(singles: list[SegmentedRecording], model: Model | None, one_layer: bool = True) -> tuple[str, ...]:
-    """Limits that a recording or the model exceeds, each once; some apply only to a model of one layer."""
+def warnings_of(singles: list[SegmentedRecording], model: Model | None, law: str = "") -> tuple[str, ...]:
+    """Limits that a recording or the model exceeds, each once; some apply only to a model of one layer, with a
+    ``law``."""
     found = [*differing_repeats(singles)]
-    found += [sentence for single in singles for sentence in exceeded_limits(single, one_layer)]
+    found += [sentence for single in singles for sentence in exceeded_limits(single, law)]
     found += [] if model is None else list(model.warnings)
     return tuple(dict.fromkeys(found))
 
@@ -241,11 +244,13 @@ def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecordin
     )
 
 
-def exceeded_limits(single: SegmentedRecording, one_layer: bool = True) -> list[str]:
-    """A sentence for each limit that one recording exceeds; a layered model includes layers and relaxation."""
-    found = [_saturated(single), _lateral(single), _deep(single), _smeared(single)]
+def exceeded_limits(single: SegmentedRecording, law: str = "") -> list[str]:
+    """A sentence for each limit that one recording exceeds; a layered model, without a ``law``, includes layers,
+    relaxation and what is deep."""
+    found = [_saturated(single), _lateral(single)]
     found += [TIMING] if single.timing.notes else []
-    found += [_layers(single.events), _relaxation(single)] if one_layer else []
+    found += [_deep(single, law), _smeared(single, law)] if law in single.fits else []
+    found += [_layers(single.events), _relaxation(single)] if law else []
     return [sentence for sentence in found if sentence]
 
 
@@ -287,12 +292,12 @@ def _relaxation(single: SegmentedRecording) -> str:
     return "The force relaxes by more than 10 % during the hold: the tissue is viscous, which this model omits."
 
 
-def _smeared(single: SegmentedRecording) -> str:
+def _smeared(single: SegmentedRecording, law: str) -> str:
     recording = single.recording
-    if not single.fits or recording.card.filter_length == 1:
+    if recording.card.filter_length == 1:
         return ""
     travel = float(np.abs(recording.velocity).max()) * recording.card.filter_length / recording.rate
-    if travel <= MAX_SMEARING * next(iter(single.fits.values())).values["puncture_indentation"]:
+    if travel <= MAX_SMEARING * single.fits[law].values["puncture_indentation"]:
         return ""
     return (
         "The average filter smears the force over more than 2 % of the indentation: its delay is corrected, its "
@@ -323,17 +328,14 @@ def lateral_ratio(single: SegmentedRecording) -> float:
     return float(np.percentile(lateral, 99) / np.percentile(axial, 99)) if len(axial) else float("nan")
 
 
-def _deep(single: SegmentedRecording) -> str:
-    if not single.fits or len(single.strokes.depth_in) == 0:
-        return ""
-    fit = next(iter(single.fits.values()))
+def _deep(single: SegmentedRecording, law: str) -> str:
+    fit = single.fits[law]
     beyond = single.strokes.depth_in - fit.values["contact_depth"] > FRICTION_LIMIT
-    if not beyond.any():
-        return ""
     residual = fit.residuals.insertion
     free = residual[single.strokes.depth_in < fit.low["contact_depth"]]
     noise = max(float(np.std(free)) if len(free) else 0.0, white_noise(single.strokes.force_in))
-    if not math.sqrt(np.mean(residual[beyond] ** 2)) > MAX_NOISE_RATIO * noise:
+    chance = 1.0 + SIGNIFICANT / math.sqrt(2.0 * max(np.count_nonzero(beyond), 1))
+    if not beyond.any() or not math.sqrt(np.mean(residual[beyond] ** 2)) > max(MAX_NOISE_RATIO, chance) * noise:
         return ""
     return (
         "The needle goes deeper than 12 mm: there the friction measured in the paper is no longer linear in depth, and "

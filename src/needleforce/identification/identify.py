@@ -40,14 +40,14 @@ from .model_choice import (
     with_one_layer_parameters,
 )
 from .models import (
-    BENT,
     COMPARED,
     GRADUAL,
     GRADUAL_LAYERS,
-    LAYERED,
+    IDENTIFIED,
     MECHANICAL,
-    MODELS,
+    OF_LAYERS,
     derived,
+    model_called,
     model_of,
     needle_saturation,
     stiffness_law,
@@ -57,7 +57,7 @@ from .one_layer.cycle_values import estimates_of
 from .one_layer.fit_recording import fitted, limited
 from .one_layer.loading_curves import FITS
 from .one_layer.machine_stiffness import at_tip, behind, machine_stiffness_of, with_machine
-from .one_layer.model_errors import with_shared_readings
+from .one_layer.model_errors import with_misfit_below, with_shared_readings
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .repeats import paired
@@ -110,13 +110,15 @@ def identify(
         The second insertion at each site, in the order of ``recordings``, None for a site without one. The friction
         then comes from the second pass and the cutting force from the subtraction.
     model : str, optional
-        A name in ``MODELS`` or ``BENT``, or ``layered`` or ``layered_yielding`` (both passive) or
-        ``layered_as_fitted``, which are fitted to complete cycles, or ``gradual_layers``, to insertions alone.
+        A name in ``IDENTIFIED``: of one layer; ``layered`` or ``layered_yielding`` (both passive) or
+        ``layered_as_fitted``, which are fitted to complete cycles; or ``gradual_layers``, to insertions alone. Or a fit
+        or preset with such a model.
         Default: ``paper`` or ``cone_cylinder``, whichever has the lower BIC of the loading curves; another law where
         neither meets the puncture or the noise. ``layered_yielding`` with a withdrawal if no law of one layer meets the
         puncture, if there is no puncture but the tissue holds the needle in the withdrawal, or if one layer leaves more
-        than 5 % of the peak over insertion, hold and withdrawal and the evidence for layers is very strong (a
-        difference of BIC of 10); ``gradual_layers`` on such evidence without a withdrawal, with two punctures or more.
+        than 5 % of the peak over insertion, hold and withdrawal, more than the noise without the hold, and the evidence
+        for layers is very strong (a difference of BIC of 10); ``gradual_layers`` on such evidence without a withdrawal,
+        with two punctures or more.
         The choice is in ``choice`` and ``warnings``.
     needle : Needle or Model, optional
         Needle with its tip, or a model that has one; needed for a modulus.
@@ -156,8 +158,7 @@ def identify(
     if machine_stiffness is not None:
         recordings, seconds = _at_tip(recordings, machine_stiffness), _at_tip(seconds, machine_stiffness)
     needle = None if needle is None else needle_of(needle)
-    known = (*MODELS, *BENT, *GRADUAL, *LAYERED, GRADUAL_LAYERS)
-    model = None if model is None else model_name(model, known)
+    model = None if model is None else model_name(model, IDENTIFIED)
     bench: dict[str, Estimate] = {}
     if bending is not None or tension is not None:
         from ..bench_tests.reading import bench_estimates
@@ -165,7 +166,7 @@ def identify(
         bench = bench_estimates(bending, tension, needle)
     if "needle_young_modulus" in bench:
         needle = needle.replace(young_modulus=bench["needle_young_modulus"].value)
-    if model in (*LAYERED, GRADUAL_LAYERS):
+    if model in OF_LAYERS:
         given = FitInputs(needle, None, bench, _known(tissue_stiffness, layers))
         fit = _layered(recordings, seconds, model, given, layers=layers, progress=progress)
         return with_machine(fit, machine_stiffness)
@@ -190,6 +191,7 @@ def identify(
     law = choice[0].name if choice else laws[0]
     if model is None:
         singles = [over_laws(each, law) for each in singles]
+    singles = [with_misfit_below(each, law) for each in singles]
     fit = assemble(FitInputs(needle, saturation, bench), singles, seconds, law, choice)
     if model is not None or seconds or layers is not None or not singles:
         return with_machine(fit, machine)
@@ -210,12 +212,11 @@ def _further_laws(
     ruled out.
     """
     supports, gradually = supported(singles, laws), falls_gradually(singles)
-    gradual = tuple(GRADUAL.values())
-    tried = gradual if gradually else () if supports else gradual[:1]
+    tried = GRADUAL if gradually else () if supports else GRADUAL[:1]
     singles = [fitted(each, tried, saturation) for each in singles]
     if tried and offered(singles, tried):
-        singles = [fitted(each, gradual[len(tried) :], saturation) for each in singles]
-        laws = offered(singles, (*laws, *gradual))
+        singles = [fitted(each, GRADUAL[len(tried) :], saturation) for each in singles]
+        laws = offered(singles, (*laws, *GRADUAL))
     if not supports and not any(law in GRADUAL and meets_puncture(singles, law) for law in laws):
         more = tuple(stiffness_law(name) for name in COMPARED if name not in MECHANICAL)
         singles, laws = [fitted(each, more, saturation) for each in singles], (*laws, *more)
@@ -247,7 +248,9 @@ def _with_layers(
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
-    chosen = dataclasses.replace(chosen, warnings=(evidence.sentence(law, DEFAULT_LAYERED), *chosen.warnings))
+    chosen = dataclasses.replace(
+        chosen, warnings=(evidence.sentence(model_called(law), DEFAULT_LAYERED), *chosen.warnings)
+    )
     return _compared(chosen, fit, singles) if evidence.for_layers else chosen
 
 
@@ -264,7 +267,7 @@ def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording]
     if evidence is None:
         return fit
     chosen = layered if evidence.for_layers else fit
-    reason = evidence.sentence(law, GRADUAL_LAYERS, "the insertion")
+    reason = evidence.sentence(model_called(law), GRADUAL_LAYERS, "the insertion")
     return dataclasses.replace(chosen, warnings=(reason, *chosen.warnings))
 
 
@@ -309,7 +312,7 @@ def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
         return fit
     if (evidence := stroke_evidence(one, fit, fit.held_out, singles)) is None:
         return fit
-    sentence = evidence.sentence(one.choice[0].name, fit.settings.layers)
+    sentence = evidence.sentence(model_called(one.choice[0].name), fit.settings.layers)
     if evidence.for_layers:
         return dataclasses.replace(fit, warnings=(*fit.warnings, sentence))
     known = {
@@ -347,7 +350,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
         parameters=parameters,
         model=model,
         quality=residual,
-        warnings=misfit_warning(residual) + warnings_of(singles, model) + trouble,
+        warnings=misfit_warning(residual) + warnings_of(singles, model, law) + trouble,
         held_fixed=held_fixed(given, law, parameters),
         unknown=unknown(given, law, two_pass is not None) + not_narrowed(parameters, fits) + identified_together(fits),
         choice=choice,

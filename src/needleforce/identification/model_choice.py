@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..segmentation.contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
+from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
-from .diagnostics import MAX_RESIDUAL, quality
+from .diagnostics import MAX_NOISE_RATIO, MAX_RESIDUAL, quality
 from .estimates import Estimate
 from .one_layer.fit_recording import peak_force
 from .one_layer.loading_curves import FITS
@@ -191,14 +192,24 @@ def goes_in_only(singles: list[SegmentedRecording]) -> bool:
 
 
 def misses_cycle(fit: Fit, singles: list[SegmentedRecording]) -> bool:
-    """Whether the one-layer fit leaves more than 5 % of the peak over insertion, hold and withdrawal in at least half
-    of the complete recordings."""
-    shares = [
-        _share(one, _samples(single))
+    """Whether the one-layer fit leaves more than 5 % of the peak over insertion, hold and withdrawal, and more than the
+    noise over the strokes, in at least half of the complete recordings: a force that relaxes at rest is no evidence for
+    layers."""
+    complete = [
+        (one, single)
         for one, single in zip(fit.recordings, singles)
         if len(one.residuals) and len(single.strokes.depth_out)
     ]
-    return bool(shares) and 2 * sum(share > MAX_RESIDUAL for share in shares) >= len(shares)
+    missed = [_share(one, _samples(single)) > MAX_RESIDUAL and _misses_strokes(one, single) for one, single in complete]
+    return bool(missed) and 2 * sum(missed) >= len(missed)
+
+
+def _misses_strokes(one: RecordingFit, single: SegmentedRecording) -> bool:
+    """Whether the fit leaves more than the noise over insertion and withdrawal."""
+    strokes, free = single.strokes, single.free_noise
+    noise = max(white_noise(strokes.force_in), 0.0 if free is None else math.sqrt(free.variance))
+    left = one.residuals[np.concatenate([strokes.index_in, strokes.index_out])]
+    return math.sqrt(np.mean(left**2)) > MAX_NOISE_RATIO * noise
 
 
 def _samples(single: SegmentedRecording) -> np.ndarray:

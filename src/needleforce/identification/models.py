@@ -33,10 +33,10 @@ MODELS = {
     "simone": "polynomial",
     "maurin": "exponential",
 }
-BENT = {law: law for law in LAWS.values()}
+BENT = tuple(LAWS.values())
 """Models of a shaft that bends on a nonlinear foundation, by the name of their friction law, after the contact of a
 cone + cylinder."""
-GRADUAL = {name: name for name in GRADUAL_FITS}
+GRADUAL = tuple(GRADUAL_FITS)
 """Models of a contact that ruptures gradually, by the name of what is fitted."""
 GRADUAL_LAYERS = "gradual_layers"
 """Name of the model of layers that rupture gradually one after another, fitted to insertions alone."""
@@ -57,6 +57,9 @@ MECHANICAL = ("paper", "cone_cylinder")
 """Models from which ``identify`` chooses by default: only these give a modulus, and so the force of another tip."""
 COMPARED = ("paper", "cone_cylinder", "power_law", "okamura", "maurin")
 """Each loading curve once."""
+OF_LAYERS = (*LAYERED, GRADUAL_LAYERS)
+IDENTIFIED = (*MODELS, *BENT, *GRADUAL, *OF_LAYERS)
+"""Every name that ``identify`` takes; ``compare`` takes those of ``SAME_FORCE`` too."""
 NOMINAL_HALF_ANGLE = math.radians(45.0)  # [rad] of an unknown tip
 MIN_PRESLIDING_M = 1e-6  # [m] shorter than the resolution of any recorded depth
 UNKNOWN_TIP = (
@@ -69,10 +72,15 @@ MAX_POISSON_RATIO = 0.5  # of an incompressible tissue
 def stiffness_law(name: str) -> str:
     """What is fitted under a model's name, a key of ``FITS``: its stiffness law, or the friction law of a bent
     shaft."""
-    if name not in MODELS | BENT | GRADUAL:
-        known = ", ".join((*MODELS, *BENT, *GRADUAL, *LAYERED))
-        raise InputError("model", repr(name), "it cannot be identified", next_step=f"Give one of {known}.")
-    return (MODELS | BENT | GRADUAL)[name]
+    if name not in (*MODELS, *BENT, *GRADUAL):
+        step = f"Give one of {', '.join(IDENTIFIED)}."
+        raise InputError("model", repr(name), "it cannot be identified", next_step=step)
+    return MODELS.get(name, name)
+
+
+def model_called(law: str) -> str:
+    """The name of the model under which ``stiffness_law`` gives a law."""
+    return next((name for name, each in MODELS.items() if each == law), law)
 
 
 def half_angle(needle: Needle | None) -> float:
@@ -232,11 +240,24 @@ def implied_friction_coefficients(friction_per_length: float, needle: Needle, ti
 
 def with_ruptures(model: Model, depths: Sequence[float] | np.ndarray) -> Model:
     """The model whose layers, from the surface down, rupture at ``depths`` [m] below the undeformed surface."""
-    first, *others = (
-        core.laws.PunctureDepth(max(float(depth) - layer.top, 0.0)) for depth, layer in zip(depths, model.layers)
-    )
-    deeper = [dataclasses.replace(layer, puncture=law) for layer, law in zip(model.deeper, others)]
-    return dataclasses.replace(model, puncture=first, deeper=tuple(deeper))
+    for k, (depth, layer) in enumerate(zip(depths, model.layers)):
+        model = _with_law(model, k, puncture=core.laws.PunctureDepth(max(float(depth) - layer.top, 0.0)))
+    return model
+
+
+def with_stiffer_contact(model: Model, layer: int, times: float) -> Model:
+    """The model with a contact in one of its layers whose force is so many times as large."""
+    law = model.layers[layer].stiffness
+    forces = [row["name"] for row in law.table() if row["unit"].startswith(("N", "Pa"))]
+    return _with_law(model, layer, stiffness=law.replace(**{name: times * getattr(law, name) for name in forces}))
+
+
+def _with_law(model: Model, layer: int, **law: Any) -> Model:
+    """The model with another law in one of its layers."""
+    if layer == 0:
+        return dataclasses.replace(model, **law)
+    changed = dataclasses.replace(model.deeper[layer - 1], **law)
+    return dataclasses.replace(model, deeper=(*model.deeper[: layer - 1], changed, *model.deeper[layer:]))
 
 
 def run_model(

@@ -2,6 +2,7 @@
 """The result of the identification of one recording."""
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from ..vocabulary import Status
 from .estimates import Parameters, Quality
 from .one_layer.cycle_values import CycleFit
 from .strokes import Strokes
+
+if TYPE_CHECKING:
+    from .layered.insertion_fit import InsertionFit
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -38,6 +42,8 @@ class RecordingFit:
         Notes of reading, segmentation and fit.
     cycle : CycleFit or None
         The one-layer fit of ``strokes``, for the estimates and draws.
+    layers : InsertionFit or None
+        The fit of layers that rupture one after another in its insertion, for draws.
     strokes : Strokes or None
         The insertion and withdrawal strokes as they were fitted.
     """
@@ -51,6 +57,7 @@ class RecordingFit:
     predicted: np.ndarray = field(default_factory=lambda: np.empty(0))
     notes: tuple[str, ...] = ()
     cycle: CycleFit | None = None
+    layers: "InsertionFit | None" = None
     strokes: Strokes | None = None
 
     def __post_init__(self):

@@ -2,8 +2,9 @@
 """The model of a fit with the contact and the punctures of a recording, for a replay.
 
 A fit has its contact at the origin of the loading curve, and a gradual rupture begins before the peak at which
-segmentation has the puncture. Segmentation traces the contact back from where the force leaves the noise. So events are
-compared with those of the fit's own recordings, never with values of the fit: what lies between is common to repeats.
+segmentation has the puncture. Segmentation traces the contact back from where the force leaves the noise. So depths of
+events are compared with those of the fit's own recordings, never with values of the fit: what lies between is common to
+repeats. The force at a puncture is the recording's own: it shows how stiff the contact of that specimen is.
 """
 
 import dataclasses
@@ -13,11 +14,16 @@ import numpy as np
 
 from .. import core
 from ..models.model import Model
+from ..recording import Recording
 from ..segmentation import Event, Events, Puncture
+from .diagnostics import is_saturated
 from .estimates import Parameters
+from .models import run_model, with_stiffer_contact
 from .recording_fit import RecordingFit
 from .statistics.noise import student_quantile
 
+STIFFER = 1.05  # of a contact, to see its part in the force at a puncture
+MIN_PART = 0.02  # of the force, which the contact must have to be its reason
 MIN_TOP_M = 1e-6  # [m] of a layer below the rupture of the one above
 TRACED = 0.25  # of the way back from where the force leaves the noise: there, the place of a rise is known best
 """Both ends err, in opposite directions: over powers from 1 to 2.5, noise and rates the scatter is least at 0.15 to
@@ -25,20 +31,19 @@ TRACED = 0.25  # of the way back from where the force leaves the noise: there, t
 
 
 def replayed(
-    model: Model, parameters: Parameters, recordings: Sequence[RecordingFit], events: Events, depth: np.ndarray
+    model: Model, parameters: Parameters, recordings: Sequence[RecordingFit], events: Events, recording: Recording
 ) -> tuple[Model, float]:
-    """The ``model`` of pooled ``parameters`` with the contact and the punctures of ``events``, found along ``depth``
-    (n,) [m], and the depth [m] of its surface there; ``recordings`` are those of its fit.
+    """The ``model`` of pooled ``parameters`` with the contact and the punctures of ``events``, found in ``recording``,
+    and the depth [m] of its surface there; ``recordings`` are those of its fit.
 
-    The tissue is the same, so that an earlier peak has a smaller force: the law of the contact stays, and onset and
-    length of the first rupture change by the ratio of the indentations at the peaks. A power law then keeps its shape.
-    A deeper layer that ruptures one after the other is moved as it is: an insertion shows where it ruptures, not where
-    it begins.
+    Onset and length of the first rupture change by the ratio of the indentations at the peaks: a power law then keeps
+    its shape. A deeper layer that ruptures one after the other is moved as it is: an insertion shows where it ruptures,
+    not where it begins. Then each contact is made as stiff as the force at its puncture states.
     """
     fitted = [each for each in recordings if each.parameters and each.events.contact is not None]
     contact, count = parameters["contact_depth"].value, len(model.layers)
     if events.contact is not None and fitted:
-        contact = _surface(events, depth, fitted)
+        contact = _surface(events, recording.depth, fitted)
     found = _indentations(events, contact, count)
     usual = [_indentations(each.events, each.surface, count) for each in fitted]
     mean = [float(np.mean(layer)) for layer in zip(*(each for each in usual if len(each) == count))]
@@ -50,7 +55,32 @@ def replayed(
         moved = found[k + 1] - mean[k + 1] if k + 1 < len(found) else 0.0
         deeper[k] = dataclasses.replace(layer, top=max(layer.top + moved, above + MIN_TOP_M))
         above = deeper[k].top + layer.puncture.depth
-    return model.replace(deeper=tuple(deeper)), contact
+    return _as_stiff(model.replace(deeper=tuple(deeper)), events, recording, contact), contact
+
+
+def _as_stiff(model: Model, events: Events, recording: Recording, surface: float) -> Model:
+    """The model with contacts that reach the forces of the punctures, along the motion of the recording."""
+    begin = 0
+    for layer, puncture in enumerate(punctures_of_layers(events, len(model.layers))):
+        end, force = max(puncture.high, puncture.end) + 1, force_of_puncture(puncture, events)
+        both = model, with_stiffer_contact(model, layer, STIFFER)
+        times = times_as_stiff(force, *(float(run_model(each, recording, surface)[begin:end].max()) for each in both))
+        model, begin = with_stiffer_contact(model, layer, times) if times > 0.0 else model, end
+    return model
+
+
+def times_as_stiff(force: float, reached: float, stiffer: float) -> float:
+    """How many times as stiff a contact has a force [N], by those reached with it and with one ``STIFFER`` times as
+    stiff; NaN where it has no part in them, or the force is not known."""
+    part = (stiffer - reached) / (STIFFER - 1.0)
+    return 1.0 + (force - reached) / part if part > MIN_PART * abs(reached) else np.nan
+
+
+def force_of_puncture(puncture: Puncture, events: Events) -> float:
+    """Force [N] at the peak of a puncture above the free travel; NaN without one, and where the sensor is saturated."""
+    if events.baseline is None or is_saturated(events):
+        return np.nan
+    return puncture.force - events.baseline
 
 
 def punctures_of_layers(events: Events, count: int) -> list[Puncture]:

@@ -79,9 +79,9 @@ class Fit(EstimateResult):
             Its time and depth are used, not its force; where the fit has a ``machine_stiffness``, the force too, for
             the depth of the tip.
         events : Events, optional
-            As from ``segment(recording)``: contact and punctures are then the recording's own where they were found (a
-            replay), as the fit's recordings have them by the same events; the stiffness remains that of the fit.
-            Without it they are at the mean depths of the fit.
+            As from ``segment(recording)``: contact, punctures, and the stiffness by the forces at these are then the
+            recording's own where they were found (a replay), the depths as the fit's recordings have them by the same
+            events. Without it they are the means of the fit.
 
         Returns
         -------
@@ -128,7 +128,7 @@ class Fit(EstimateResult):
         model, contact = self.identified_model(), self.parameters["contact_depth"].value
         if events is None:
             return model, contact
-        return replayed(model, self.parameters, self.recordings, events, recording.depth)
+        return replayed(model, self.parameters, self.recordings, events, recording)
 
     @property
     def shared_contact(self) -> float | None:

@@ -110,7 +110,8 @@ def model_name(source: Model | str | os.PathLike, known: Iterable[str]) -> str:
     known = list(known)
     if isinstance(source, str) and (source in known or (source not in presets() and not Path(source).suffix)):
         return source
-    names = [name for name in names_of(preset(source)) if name in known]
+    model = preset(source)
+    names = [name for name in (*names_of(model), model.name.removeprefix("identified_")) if name in known]
     if not names:
         shown = source.name if isinstance(source, Model) else str(source)
         raise InputError("model", repr(shown), "not identifiable", next_step=f"Give one of {', '.join(known)}.")

@@ -10,6 +10,7 @@ import numpy as np
 from ...recording import Recording
 from ...segmentation import Events
 from ..one_layer.force_zero import MIN_FREE_SAMPLES, Drift, drift_of, free_samples
+from ..replay import force_of_puncture
 from ..statistics.noise import Noise, noise_of
 from ..strokes import Strokes, cycle_span, stroke_speed, strokes_of, undelayed_depth
 
@@ -49,11 +50,13 @@ class ForceZero:
 
 @dataclass(frozen=True)
 class RecordedPuncture:
-    """A puncture of segmentation: depth [m] of its force peak, depth [m] of the end of its drop, and drop [N]."""
+    """A puncture of segmentation: depth [m] of its force peak, depth [m] of the end of its drop, drop [N], and force
+    [N] at the peak, NaN where it is not known."""
 
     depth: float
     end: float
     drop: float
+    force: float = np.nan
 
     def moved(self, shift: float) -> "RecordedPuncture":
         """The same deeper by ``shift`` [m]."""
@@ -64,7 +67,9 @@ def recorded_punctures(events: Events, recording: Recording) -> tuple[RecordedPu
     """The punctures of segmentation, each with the depth at which its drop has ended."""
     last = len(recording) - 1
     return tuple(
-        RecordedPuncture(each.depth, float(recording.depth[min(each.high, last)]), each.drop)
+        RecordedPuncture(
+            each.depth, float(recording.depth[min(each.high, last)]), each.drop, force_of_puncture(each, events)
+        )
         for each in events.punctures
     )
 

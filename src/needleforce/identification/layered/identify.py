@@ -17,7 +17,7 @@ from ...segmentation.strokes import cycles
 from ...vocabulary import Phase, Status
 from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, warnings_of
 from ..estimates import Correlations
-from ..models import LAYERED, run_model, with_ruptures
+from ..models import LAYERED, run_model, with_ruptures, with_stiffer_contact
 from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
 from ..result import Fit
@@ -46,7 +46,7 @@ from .model_selection import (
     without,
 )
 from .parameters import MM, TOP
-from .prediction import Expectation, Ruptures, expectation, ruptures, with_population
+from .prediction import Expectation, Path, Ruptures, expectation, ruptures, with_stiffness
 from .search import Solved, grow, made_passive, on_all_cores, population_fit, refined
 from .uncertainty import Uncertainty, uncertainty_of
 
@@ -93,18 +93,16 @@ class LayeredFit(Fit):
     def _predicted(self, recording: Recording, events: Events | None) -> np.ndarray:
         """As of a ``Fit``: the mean force over the scatter of the rupture depths, which errs least.
 
-        With ``events`` a layer ruptures at the puncture that plausibly is its own, by depth and drop; a layer without
-        one keeps its scatter. Forces change with the power ``speed_exponent`` of the insertion's speed if it was
-        identified.
+        With ``events`` a layer ruptures at the puncture that plausibly is its own, by depth and drop, after a contact
+        as stiff as the force there states; a layer without one keeps its scatter. Forces change with the power
+        ``speed_exponent`` of the insertion's speed if it was identified.
         """
         self.identified_model()
         if self.expectation is None:
             return self._speed_factor(recording) * super()._predicted(recording, events)
         shift = self.ruptures.shift(events)
         own = () if events is None else self.ruptures.assigned(recorded_punctures(events, recording), shift)
-        dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
-        force = self.expectation.force(np.ascontiguousarray(recording.depth, float), dt, own, shift)
-        return self._speed_factor(recording) * force
+        return self.expectation.force(_path(recording), own, shift, self._speed_factor(recording))
 
     def new_insertion(self, recording: Recording) -> np.ndarray | None:
         """As ``predict``; None from one recording."""
@@ -117,8 +115,13 @@ class LayeredFit(Fit):
             return self.population, self.population_contact + self.ruptures.shift(events)
         if events is None:
             return model, surface
-        shift, depths = self.ruptures.of(events, recording)
-        return with_ruptures(model, depths - surface - shift), surface + shift
+        shift = self.ruptures.shift(events)
+        own = self.ruptures.assigned(recorded_punctures(events, recording), shift)
+        model = with_ruptures(model, self.ruptures.depths(own, shift) - surface - shift)
+        stiffer = self.expectation.stiffer(_path(recording), own, shift, self._speed_factor(recording))
+        for layer, times in enumerate(stiffer):
+            model = with_stiffer_contact(model, layer, float(times))
+        return model, surface + shift
 
     def document(self) -> dict:
         """As of a ``Fit``, with the rupture depths in the recordings' zero and the population model."""
@@ -192,7 +195,7 @@ def identify_layered(
         parameters=parameters,
         model=model,
         quality=pooled_quality(recordings),
-        warnings=(*warnings_of(singles, model, one_layer=False), *trouble, *warnings_on(ended, recordings, misfit)),
+        warnings=(*warnings_of(singles, model), *trouble, *warnings_on(ended, recordings, misfit)),
         held_fixed=held_fixed(ended),
         unknown=(
             *not_identified(ended, parameters, known.undetermined),
@@ -201,7 +204,7 @@ def identify_layered(
         choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
         settings=layered_settings(best, tried, settings_of("cone_cylinder", given.needle, singles)),
         ruptures=found,
-        expectation=None if model is None else _expectation(ended, found, population),
+        expectation=None if model is None else with_stiffness(expectation(ended, found, population), ended),
         uncertainty=known,
         population=None if population is None else _model(population, None, given, usable)[0],
         population_contact=MM * float((population or ended).x[TOP]),
@@ -232,9 +235,13 @@ def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | N
 
 def _held_out(others: Solved, cycle: BinnedCycle, single: SegmentedRecording) -> np.ndarray:
     """Force (n,) [N] along a recording by the fit to the others; ``cycle`` has its speed."""
-    time, depth = single.recording.time, np.ascontiguousarray(single.recording.depth, float)
-    dt = np.diff(time, prepend=time[0] - 1.0 / single.recording.rate)
-    return others.problem.speed_factor(cycle, others.x) * expectation(others).force(depth, dt)
+    return expectation(others).force(_path(single.recording), factor=others.problem.speed_factor(cycle, others.x))
+
+
+def _path(recording: Recording) -> Path:
+    """Depths (n,) [m] of a recording and the steps (n,) [s] before them."""
+    dt = np.diff(recording.time, prepend=recording.time[0] - 1.0 / recording.rate)
+    return np.ascontiguousarray(recording.depth, float), dt
 
 
 def _watched(work: Iterable, count: int, progress: Callable | None, text: str) -> Iterator:
@@ -266,12 +273,6 @@ def _model(
         return model_of(solved, depth, given.needle, reference_of(usable)), ()
     except InputError as error:
         return None, (NO_MODEL.format(error),)
-
-
-def _expectation(ended: Solved, found: Ruptures, population: Solved | None) -> Expectation:
-    """The expected force of the fit, and of that to a population if there is one."""
-    expected = expectation(ended, found)
-    return expected if population is None else with_population(expected, ended, population)
 
 
 def _without_values(single: SegmentedRecording) -> RecordingFit:

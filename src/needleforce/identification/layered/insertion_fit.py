@@ -32,7 +32,7 @@ IN_ZERO = "contact_depth", "puncture_depth", "force_offset"
 @dataclass(frozen=True, eq=False, kw_only=True)
 class InsertionFit:
     """The layers of one insertion: ``values`` by name with the limits of their intervals, the half widths that are
-    ``random``, and the ``noise`` of the residual."""
+    ``random``, by how much independent normal numbers ``spread`` (m,) each value, and the ``noise`` of the residual."""
 
     problem: InsertionProblem
     x: np.ndarray
@@ -40,6 +40,7 @@ class InsertionFit:
     low: dict[str, float]
     high: dict[str, float]
     random: dict[str, float]
+    spread: dict[str, np.ndarray]
     noise: Noise
 
     def systematic(self, name: str) -> tuple[float, float]:
@@ -55,6 +56,19 @@ class InsertionFit:
         """How many."""
         return len(self.problem.peaks)
 
+    def standard(self, count: int, random: np.random.Generator) -> dict[str, np.ndarray]:
+        """Normal numbers (count,) of variance 1 for each value that the noise moves, correlated as the values are."""
+        normal = random.standard_normal((count, len(next(iter(self.spread.values())))))
+        sizes = {name: float(np.linalg.norm(each)) for name, each in self.spread.items()}
+        return {name: normal @ self.spread[name] / size for name, size in sizes.items() if 0.0 < size < math.inf}
+
+
+def lowest(name: str) -> float:
+    """The least value that a parameter may have."""
+    if name.endswith(IN_ZERO):
+        return -math.inf
+    return 1.0 if name.endswith("rupture_exponent") else 0.0
+
 
 def fit_insertion(single: SegmentedRecording, layers: int | None = None) -> InsertionFit:
     """The layers of a recording, one for each puncture, or those with the largest drops.
@@ -63,16 +77,16 @@ def fit_insertion(single: SegmentedRecording, layers: int | None = None) -> Inse
     """
     problem = problem_of(single, layers)
     x, noise = _solved(problem)
-    values, half = values_of(problem, x), _half_widths(problem, x, noise)
+    values, (half, spread) = values_of(problem, x), _half_widths(problem, x, noise)
     found = [values, *_other_answers(problem, x, noise), *_flat(problem, x, noise, values), *_hidden(problem, values)]
     found.append(_measured(problem, single, values))
     low, high = {}, {}
     for name in values:
         each = [one[name] for one in found if name in one]
-        low[name], high[name] = min(each) - half[name], max(each) + half[name]
-        if not name.endswith(IN_ZERO):
-            low[name] = max(low[name], 1.0 if name.endswith("rupture_exponent") else 0.0)
-    return InsertionFit(problem=problem, x=x, values=values, low=low, high=high, random=half, noise=noise)
+        low[name], high[name] = max(min(each) - half[name], lowest(name)), max(each) + half[name]
+    return InsertionFit(
+        problem=problem, x=x, values=values, low=low, high=high, random=half, spread=spread, noise=noise
+    )
 
 
 def needed_layers(singles: list[SegmentedRecording], max_layers: int) -> int:
@@ -196,9 +210,11 @@ def values_of(problem: InsertionProblem, x: np.ndarray) -> dict[str, float]:
     return found | {"force_offset": problem.scale * float(x[-1])}
 
 
-def _half_widths(problem: InsertionProblem, x: np.ndarray, noise: Noise) -> dict[str, float]:
-    """Half widths of the intervals, by the derivatives of force and values; infinite for what the samples do not
-    determine, and the travel of a sample at least for a depth."""
+def _half_widths(
+    problem: InsertionProblem, x: np.ndarray, noise: Noise
+) -> tuple[dict[str, float], dict[str, np.ndarray]]:
+    """Half widths of the intervals, by the derivatives of force and values, and the spread (m,) of each value; infinite
+    for what the samples do not determine, and the travel of a sample at least for a depth."""
     force, values = problem.forces(x, problem.depth), values_of(problem, x)
     (low, high), rows, slopes = problem.limits, [], []
     for k in range(len(x)):
@@ -214,13 +230,14 @@ def _half_widths(problem: InsertionProblem, x: np.ndarray, noise: Noise) -> dict
     _, size, turn = np.linalg.svd(jacobian[:, usable] / norm[usable], full_matrices=False)
     known = size > UNDETERMINED * size[0]
     turn = turn / norm[usable] @ by[usable]
-    error = math.sqrt(noise.long_run) * np.linalg.norm(turn[known] / size[known, None], axis=0)
-    error[np.abs(turn[~known]).sum(axis=0) > 0.0] = np.inf
+    spread = math.sqrt(noise.long_run) * turn[known] / size[known, None]
+    spread[:, np.abs(turn[~known]).sum(axis=0) > 0.0] = np.inf
     travel = float(np.median(np.diff(problem.depth)))
-    return {
+    half = {
         name: math.hypot(TWO_SIDED * each, 0.5 * travel if name.endswith("puncture_depth") else 0.0)
-        for name, each in zip(values, error.tolist())
+        for name, each in zip(values, np.linalg.norm(spread, axis=0).tolist())
     }
+    return half, dict(zip(values, spread.T))
 
 
 def _one_sided(count: int) -> np.ndarray:

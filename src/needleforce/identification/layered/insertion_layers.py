@@ -67,7 +67,7 @@ def identify_insertion_layers(singles: list[SegmentedRecording], given: FitInput
         parameters=parameters,
         model=model,
         quality=residual,
-        warnings=(*misfit_warning(residual), *warnings_of(singles, model, one_layer=False), *trouble),
+        warnings=(*misfit_warning(residual), *warnings_of(singles, model), *trouble),
         held_fixed=HELD,
         unknown=UNKNOWN,
         settings=settings_of("cone_cylinder", given.needle, singles),
@@ -115,7 +115,12 @@ def _recording(single: SegmentedRecording, found: InsertionFit | InputError, giv
     inside = single.strokes.mask(len(predicted))
     residual = quality(single.recording.force[inside], predicted[inside])
     return replace(
-        base, parameters=own, predicted=predicted, quality=residual, notes=(*notes, *_missed(found, predicted, single))
+        base,
+        parameters=own,
+        layers=found,
+        predicted=predicted,
+        quality=residual,
+        notes=(*notes, *_missed(found, predicted, single)),
     )
 
 

@@ -84,7 +84,8 @@ def without_run(solved: Solved, run: int) -> Solved:
 
 def prediction_error(solved: Solved, cycle: BinnedCycle) -> float:
     """Rms error over the scale of the expected force on a held-out cycle."""
-    force = solved.problem.speed_factor(cycle, solved.x) * expectation(solved).force(cycle.depth, cycle.dt)
+    factor = solved.problem.speed_factor(cycle, solved.x)
+    force = expectation(solved).force((cycle.depth, cycle.dt), factor=factor)
     error = (force - cycle.force) * cycle.weight
     return float(np.sqrt(np.nan_to_num(error @ error, nan=REFUSED_RESIDUAL)))
 

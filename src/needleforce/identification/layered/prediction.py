@@ -9,10 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ... import core
-from ...recording import Recording
 from ...segmentation import Events
+from ...vocabulary import SMALLEST
+from ..replay import STIFFER, times_as_stiff
 from ..statistics.noise import student_quantile
-from .binned_cycle import RecordedPuncture, recorded_punctures
+from .binned_cycle import RecordedPuncture
 from .parameters import MIN_INDENTATION_M, MM, LayerRow
 from .search import Solved
 
@@ -24,6 +25,12 @@ DROP_SPREAD = np.log(2.0)  # of the logarithm of a drop, counted as one repeat: 
 DEPTH_SPREAD = 0.05  # [of the indentation] of a rupture depth between repeats, counted as one repeat
 N_NODES = 9  # rupture depths of equal probability for a mean force: its error is below 1 % of that of one depth
 MIN_MATCHED = 2  # repeats whose puncture belongs to a layer, for its rupture to be known from a puncture
+ANOTHER_ZERO = 0.999  # level at which a contact is outside the scatter of the repeats
+MAX_STIFFER = 2.0  # of one repeat over all: beyond, it is not the contact that makes the force another
+Path = tuple[np.ndarray, np.ndarray]
+"""Depths (n,) [m], and the steps (n,) [s] before them."""
+Own = Sequence[RecordedPuncture | None]
+"""The puncture of each layer in a recording, None where it is not known."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -55,6 +62,11 @@ class LayerScatter:
     drop: float = 0.0
     drop_spread: float = DROP_SPREAD
     matched: int = 0
+
+    @property
+    def known(self) -> bool:
+        """Whether a puncture shows its rupture."""
+        return self.matched >= min(MIN_MATCHED, self.count)
 
     @property
     def held_out_spread(self) -> float:
@@ -91,23 +103,16 @@ class Ruptures:
         Mean contact depth [m] of segmentation. All depths are in the recordings' zero.
     scatter : tuple of LayerScatter
         Each layer's rupture between the repeats.
-    replayed : tuple of bool
-        Whether a replay takes the depth of a layer's rupture from a puncture: where that predicts held-out repeats of
-        the fit better than the mean depth.
     contact_spread : float
-        Standard error [m] of ``contact`` as the contact of another repeat.
-    shifts : bool
-        Whether a replay moves all layers with the contact; otherwise only for a contact outside its scatter, which is
-        another zero.
+        Largest distance [m] of the contact of another repeat from ``contact``, in all but 0.1 %: beyond, a recording
+        has another zero, and all layers move with its contact. 0 from one or two repeats: they always do.
     """
 
     depth: np.ndarray
     past_peak: np.ndarray
     contact: float
     scatter: tuple[LayerScatter, ...] = ()
-    replayed: tuple[bool, ...] = ()
     contact_spread: float = 0.0
-    shifts: bool = True
 
     def shift(self, events: Events | None) -> float:
         """How much deeper the surface of a recording is [m]."""
@@ -118,23 +123,20 @@ class Ruptures:
     def shift_of(self, contact: float) -> float:
         """The same for a contact depth [m]."""
         shift = contact - self.contact
-        return shift if self.shifts or abs(shift) > self.contact_spread else 0.0
+        return shift if abs(shift) > self.contact_spread else 0.0
 
-    def of(self, events: Events, recording: Recording) -> tuple[float, np.ndarray]:
-        """How much deeper the surface of a recording is [m], and the rupture depths (layers,) [m] of its layers: at its
-        own punctures where these are plausible, otherwise at the mean depths."""
-        shift = self.shift(events)
-        own = self.assigned(recorded_punctures(events, recording), shift)
+    def depths(self, own: Own, shift: float) -> np.ndarray:
+        """The rupture depths (layers,) [m] of a recording whose surface is deeper by ``shift`` [m]: by its ``own``
+        punctures of the layers, otherwise at the mean depths."""
         found = zip(own, self.scatter)
-        return shift, np.array(
-            [shift + (known.mean if one is None else known.rupture_by(one.moved(-shift))[0]) for one, known in found]
+        return shift + np.array(
+            [known.mean if one is None else known.rupture_by(one.moved(-shift))[0] for one, known in found]
         )
 
     def assigned(self, ruptures: Sequence[RecordedPuncture], shift: float = 0.0) -> list[RecordedPuncture | None]:
         """For each layer its puncture or None: those in the order of depth whose squared distances are the smallest, a
         layer without one counting as at its gate."""
-        replayed = self.replayed or (True,) * len(self.depth)
-        choices = [[None, *ruptures] if used else [None] for used in replayed]
+        choices = [[None, *ruptures] if layer.known else [None] for layer in self.scatter]
         best: tuple[float, tuple] = (np.inf, (None,) * len(self.depth))
         for chosen in itertools.product(*choices):
             cost = self._cost(chosen, shift)
@@ -169,35 +171,48 @@ class Member:
 class Expectation:
     """The mean force of the layers over the scatter of their rupture depths, in a ``form``.
 
-    ``members`` are the fit with punctures of each run, whose mean is taken over these, and the one with a puncture
-    depth for all; their mean errs less than either, as their errors are partly independent. ``replays_all`` is False
-    where the first alone replays the repeats of the fit better.
+    ``members`` are the fit with punctures of each run, which alone replays punctures, and the one with a puncture depth
+    for all; their mean errs less than either, as their errors are partly independent. ``stiffness_share`` is the share,
+    0 to 1, of another force at a puncture that is the stiffness of the contact up to there.
     """
 
     members: tuple[Member, ...]
     form: str
     ruptures: Ruptures
-    replays_all: bool = True
+    stiffness_share: float = 0.0
 
-    def force(
-        self, depth: np.ndarray, dt: np.ndarray, own: Sequence[RecordedPuncture | None] = (), shift: float = 0.0
-    ) -> np.ndarray:
-        """The expected force (n,) [N] along depths [m] after steps [s], with the punctures of the layers if known."""
+    def force(self, path: Path, own: Own = (), shift: float = 0.0, factor: float = 1.0) -> np.ndarray:
+        """The expected force (n,) [N] along a path, with the punctures of the layers if known, at a speed at which all
+        forces are so many times those of the fit."""
         own = own or (None,) * len(self.ruptures.depth)
-        known = any(one is not None for one in own) and not self.replays_all
-        members = self.members[:1] if known else self.members
-        forces = [self._of(member, depth - shift, dt, own, shift) for member in members]
-        return sum(forces) / len(forces)
+        members = self.members[:1] if any(one is not None for one in own) else self.members
+        stiffer = self.stiffer(path, own, shift, factor)
+        return factor * sum(self._of(member, path, own, shift, stiffer) for member in members) / len(members)
 
-    def _of(
-        self, member: Member, depth: np.ndarray, dt: np.ndarray, own: Sequence[RecordedPuncture | None], shift: float
-    ) -> np.ndarray:
+    def stiffer(self, path: Path, own: Own, shift: float, factor: float) -> np.ndarray:
+        """How many times as stiff (layers,) the contacts are in a recording: each reaches the force of its puncture, of
+        which the logarithm counts by ``stiffness_share``."""
+        found, begin, deepest = np.ones(len(own)), 0, np.maximum.accumulate(path[0])
+        for layer, one in enumerate(own if self.stiffness_share else ()):
+            end = begin if one is None else int(np.searchsorted(deepest, one.end, "right")) + 1
+            if one is None or end <= begin:
+                continue
+            tried, part = np.array([found, found]), (path[0][:end], path[1][:end])
+            tried[1, layer] *= STIFFER
+            both = (float(self._of(self.members[0], part, own, shift, each)[begin:].max()) for each in tried)
+            times, begin = times_as_stiff(one.force / factor, *both), end
+            found[layer] = times if 1.0 / MAX_STIFFER < times < MAX_STIFFER else 1.0
+        return found**self.stiffness_share
+
+    def _of(self, member: Member, path: Path, own: Own, shift: float, stiffer: np.ndarray) -> np.ndarray:
         nodes = [self._nodes(member, layer, one, shift) for layer, one in enumerate(own)]
-        tried = np.concatenate([np.tile(row, (len(at), 1)) for row, at in zip(member.rows, nodes)])
+        counts = [len(at) for at in nodes]
+        tried = np.repeat(member.rows, counts, axis=0)
+        tried[:, LayerRow._fields.index("stiffness_coefficient")] *= np.repeat(stiffer, counts)
         tops = tried[:, LayerRow._fields.index("top")]
         tried[:, LayerRow._fields.index("puncture_depth")] = np.maximum(np.concatenate(nodes), tops + MIN_INDENTATION_M)
-        weight = np.concatenate([np.full(len(at), 1.0 / len(at)) for at in nodes])
-        return weight @ core.layer_forces(tried, self.form, depth, dt)
+        forces = core.layer_forces(tried, self.form, path[0] - shift, path[1])
+        return np.repeat(1.0 / np.array(counts), counts) @ forces
 
     def _nodes(self, member: Member, layer: int, own: RecordedPuncture | None, shift: float) -> np.ndarray:
         """Rupture depths [m] of equal probability in the zero of the fit: those of the repeats, or normal about a
@@ -235,31 +250,36 @@ def matched(expected: np.ndarray, punctures: Sequence[RecordedPuncture]) -> list
 
 
 def ruptures(solved: Solved) -> Ruptures:
-    """The ruptures of a fit, and which of them a replay takes from punctures."""
+    """The ruptures of a fit."""
     cycles, fitted = solved.problem.cycles, MM * solved.problem.unknowns.punctures(solved.x)
     peaks = [matched(own, cycle.punctures) for own, cycle in zip(fitted, cycles)]
     rows = solved.problem.unknowns.rows(solved.x[None], fitted.mean(axis=0)[None] / MM)[0]
     tops = rows[:, LayerRow._fields.index("top")]
-    found = _scatter(fitted, peaks, tops, np.array([cycle.contact for cycle in cycles]))
-    return _with_rules(solved, found, fitted, peaks, tops)
+    return _scatter(fitted, peaks, tops, np.array([cycle.contact for cycle in cycles]))
 
 
-def expectation(solved: Solved, found: Ruptures | None = None) -> Expectation:
-    """The expected force of a fit with punctures of each run."""
+def expectation(solved: Solved, found: Ruptures | None = None, population: Solved | None = None) -> Expectation:
+    """The expected force of a fit with punctures of each run, and of that of one puncture depth for all runs."""
     unknowns, x = solved.problem.unknowns, solved.x
     if found is None:
         nothing = [[None] * unknowns.layers] * unknowns.runs
         found = _scatter(MM * unknowns.punctures(x), nothing, np.zeros(unknowns.layers), np.zeros(1))
-    return Expectation(members=(_member(solved, found),), form=solved.problem.form, ruptures=found)
+    members = tuple(_member(each, found) for each in (solved, population) if each is not None)
+    return Expectation(members=members, form=solved.problem.form, ruptures=found)
 
 
-def with_population(expected: Expectation, solved: Solved, population: Solved) -> Expectation:
-    """With the fit of one puncture depth for all runs as a second member."""
-    both = replace(expected, members=(*expected.members, _member(population, expected.ruptures)))
-    if not any(expected.ruptures.replayed):
-        return both
-    alone, together = (_replay_error(solved, [each] * len(solved.problem.cycles)) for each in (expected, both))
-    return replace(both, replays_all=together < alone)
+def with_stiffness(expected: Expectation, solved: Solved) -> Expectation:
+    """With the share of another force at a puncture that is the stiffness of the contact, by regression over the
+    repeats of the fit; all of it from one recording, which shows no share."""
+    known, along, squares = replace(expected, stiffness_share=1.0), 0.0, 0.0
+    if len(solved.problem.cycles) == 1:
+        return known
+    for run, cycle in enumerate(solved.problem.cycles):
+        mean, stated = (_replay(solved, run, each) for each in (expected, known))
+        change = cycle.weight * (stated - mean)
+        along += float(change @ (cycle.weight * (cycle.force - mean)))
+        squares += float(change @ change)
+    return replace(expected, stiffness_share=float(np.clip(along / max(squares, SMALLEST), 0.0, 1.0)))
 
 
 def _member(solved: Solved, found: Ruptures) -> Member:
@@ -281,7 +301,7 @@ def _scatter(fitted: np.ndarray, peaks: list, tops: np.ndarray, contacts: np.nda
         )
         layers.append(_with_punctures(known, pairs) if pairs else known)
     n = len(contacts)
-    spread = student_quantile(n - 1) * _sd(contacts) * np.sqrt(1.0 + 1.0 / n) if n > 1 else 0.0
+    spread = student_quantile(n - 1, ANOTHER_ZERO) * _sd(contacts) * np.sqrt(1.0 + 1.0 / n) if n > MIN_MATCHED else 0.0
     return Ruptures(
         fitted.mean(axis=0),
         np.array([layer.past for layer in layers]),
@@ -309,36 +329,9 @@ def _sd(values: np.ndarray) -> float:
     return float(values.std(ddof=1)) if len(values) > 1 else 0.0
 
 
-def _with_rules(solved: Solved, found: Ruptures, fitted: np.ndarray, peaks: list, tops: np.ndarray) -> Ruptures:
-    """With the layers whose punctures, and the contact if it, predict each repeat better by what the others say."""
-    cycles, layers = solved.problem.cycles, fitted.shape[1]
-    if len(cycles) < MIN_MATCHED + 1:
-        known = tuple(layer.matched == len(cycles) for layer in found.scatter)
-        return replace(found, replayed=known)
-    contacts = np.array([cycle.contact for cycle in cycles])
-    others = [
-        _scatter(np.delete(fitted, run, axis=0), peaks[:run] + peaks[run + 1 :], tops, np.delete(contacts, run))
-        for run in range(len(cycles))
-    ]
-    usable = [all(each.scatter[layer].matched >= MIN_MATCHED for each in others) for layer in range(layers)]
-    tried = itertools.product(*((False, True) if use else (False,) for use in usable), (False, True))
-    rules = list(tried)
-    errors = [_replay_error(solved, _held_out(solved, others, rule[:-1], rule[-1])) for rule in rules]
-    best = rules[int(np.argmin(errors))]
-    return replace(found, replayed=tuple(best[:-1]), shifts=bool(best[-1]))
-
-
-def _held_out(solved: Solved, others: list[Ruptures], replayed: tuple[bool, ...], shifts: bool) -> list[Expectation]:
-    """The expectation for each repeat by the ruptures of the others."""
-    return [expectation(solved, replace(found, replayed=replayed, shifts=shifts)) for found in others]
-
-
-def _replay_error(solved: Solved, expected: list[Expectation]) -> float:
-    """Sum of squares of the replays of all repeats, each by its expectation."""
-    total = 0.0
-    for cycle, each in zip(solved.problem.cycles, expected):
-        shift = each.ruptures.shift_of(cycle.contact)
-        own = each.ruptures.assigned(cycle.punctures, shift)
-        force = solved.problem.speed_factor(cycle, solved.x) * each.force(cycle.depth, cycle.dt, own, shift)
-        total += float((((force - cycle.force) * cycle.weight) ** 2).sum())
-    return total
+def _replay(solved: Solved, run: int, expected: Expectation) -> np.ndarray:
+    """The force (m,) [N] along the cycle of a run with its own punctures."""
+    cycle = solved.problem.cycles[run]
+    shift = expected.ruptures.shift_of(cycle.contact)
+    own = expected.ruptures.assigned(cycle.punctures, shift)
+    return expected.force((cycle.depth, cycle.dt), own, shift, solved.problem.speed_factor(cycle, solved.x))

@@ -16,6 +16,7 @@ from ..statistics.noise import LEVEL, TWO_SIDED, noise_of
 from ..statistics.regression import inverse
 from ..strokes import undelayed_depth
 from .cycle_values import CycleFit
+from .deformation_fit import fitted_curve
 from .fit_recording import loading_samples
 from .loading_curves import CURVES, LoadingCurve
 from .model_errors import AFTER, strokes_below, widened
@@ -29,7 +30,6 @@ MAX_LOG_RATIO = 12.0  # a contact with less weight has none
 FITTED = 4.0  # that a fit takes from the residual: amplitude, zero, contact, shape
 MAX_HIDDEN = 0.5  # [of the indentation] before the force shows a contact
 STEEPEST, SEGMENTED = 3.0, 2.0  # exponents of the loading curve: the largest here, and that of the segmentation's range
-HELD = 1e-9  # [indentations] range of a contact that is held
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -69,31 +69,22 @@ class Loading:
 
     def least_squares(self, curve: LoadingCurve) -> "Found | None":
         """The best fit of a law with its contact in the range; None where it cannot be fitted."""
-        starts, ends, _ = self._shape(curve)
-        low, high = ((end - self.high) / self.indentation for end in (self.low, self.high))
-        amplitudes, place, shape, zero, squares = core.fit_loading(
-            self.depth,
-            self.force,
-            law=curve.law.name,
-            contact=self.high,
-            indentation=self.indentation,
-            places=low + (high - low) * STARTS,
-            shapes=np.array(starts),
-            place_range=(low, high),
-            shape_range=ends,
-        )
+        low = (self.low - self.high) / self.indentation
+        scales = {"contact": self.high, "indentation": self.indentation, "places": low * (1.0 - STARTS)}
+        values, squares = fitted_curve(curve, self.depth, self.force, **scales, place_range=(low, 0.0))
         if not math.isfinite(squares):
             return None
-        values = dict(zip((*curve.amplitudes, *curve.shape), (*amplitudes[: len(curve.amplitudes)], shape)))
-        residual = self.force - zero - curve.force(self.depth - place, values)
-        return Found(squares=float(squares), residual=residual, place=place, shape=shape)
+        place, shape = values["contact_depth"], next((values[name] for name in curve.shape), 0.0)
+        residual = self.force - values["force_offset"] - curve.force(self.depth - place, values)
+        return Found(squares=squares, residual=residual, place=place, shape=shape)
 
     def squares(self, curve: LoadingCurve, places: np.ndarray, near: float) -> np.ndarray:
         """Sums of squares (n,) [N²] of a law with its contact at each of ``places`` (n,) [m], with its shape started
         ``near`` a value; infinite where it cannot be fitted."""
-        starts, ends, power = self._shape(curve)
-        if curve.shape:
-            starts = (near / self.indentation**power, starts[len(starts) // 2])
+        starts, ends = (0.0,), (0.0, 0.0)
+        for each in curve.shape.values():
+            starts = (near / self.indentation**each.power, each.starts[len(each.starts) // 2])
+            ends = each.low, each.high
         found = core.loading_profile(
             self.depth,
             self.force,
@@ -102,16 +93,9 @@ class Loading:
             indentation=self.indentation,
             places=(places - self.high) / self.indentation,
             shapes=np.array(starts),
-            half_width=HELD,
             shape_range=ends,
         )
         return np.array(found)
-
-    def _shape(self, curve: LoadingCurve) -> tuple[tuple[float, ...], tuple[float, float], int]:
-        """Starts and range of a law's shape parameter, in units of the indentation to a power, and that power."""
-        for each in curve.shape.values():
-            return each.starts, (each.low, each.high), each.power
-        return (0.0,), (0.0, 0.0), 0
 
 
 def loading_of(single: SegmentedRecording) -> Loading | None:
@@ -221,9 +205,9 @@ def _slopes(single: SegmentedRecording, fit: CycleFit) -> dict[str, float]:
         found |= dict(zip(fit.order, across.tolist()))
     parts = strokes_below(fit, single)
     if parts and parts[0].inwards:
-        design = np.concatenate([part.design for part in parts])
-        lever = -fit.values["friction_per_length"] * np.sign(design[:, 0])
-        found |= dict(zip(AFTER, np.nan_to_num(-inverse(design.T @ design) @ (design.T @ lever)).tolist()))
+        lever = sum(part.shown * part.products[:2, 1] * (1.0 if part.inwards else -1.0) for part in parts)
+        moved = fit.values["friction_per_length"] * inverse(sum(part.gram for part in parts)) @ lever
+        found |= dict(zip(AFTER, np.nan_to_num(moved).tolist()))
     return found | {"contact_depth": 1.0}
 
 

@@ -79,7 +79,10 @@ def fit_deformation(
     curve = FITS[law]
     given = tuple(known[name] for name in curve.shape if known.get(name) is not None)
     indentation = float(depth.max()) - contact
-    values = _least_squares(curve, depth, force, contact=contact, indentation=indentation, given=given)
+    values, squares = fitted_curve(curve, depth, force, contact=contact, indentation=indentation, given=given)
+    if not np.isfinite(squares):
+        limit = "no loading curve can be fitted"
+        raise InputError("depth or force before the puncture", "not finite", limit, next_step="Remove such samples.")
     if not any(values[name] for name in curve.amplitudes):
         limit = "no loading curve can be fitted"
         raise InputError("force before the puncture", "not rising with depth", limit, next_step=FLIP_SIGN)
@@ -111,17 +114,19 @@ def fit_deformation(
     )
 
 
-def _least_squares(
+def fitted_curve(
     curve: LoadingCurve,
     depth: np.ndarray,
     force: np.ndarray,
     *,
     contact: float,
     indentation: float,
-    given: tuple[float, ...],
-) -> dict[str, float]:
-    """The curve's parameters, ``contact_depth`` and ``force_offset`` of least squares, SI; the compiled fit works in
-    units of the indentation."""
+    given: tuple[float, ...] = (),
+    places: np.ndarray = CONTACT_STARTS,
+    place_range: tuple[float, float] = CONTACT_RANGE,
+) -> tuple[dict[str, float], float]:
+    """The curve's parameters, ``contact_depth`` and ``force_offset`` of least squares, SI, and the sum of squares,
+    infinite where none is finite; the compiled fit works in units of the indentation."""
     starts, low, high = (0.0,), 0.0, 0.0
     for value, each in zip(given, curve.shape.values()):
         starts = (value / indentation**each.power,)
@@ -133,17 +138,14 @@ def _least_squares(
         law=curve.law.name,
         contact=contact,
         indentation=indentation,
-        places=CONTACT_STARTS,
+        places=places,
         shapes=np.array(starts),
-        place_range=CONTACT_RANGE,
+        place_range=place_range,
         shape_range=(low, high),
     )
-    if not np.isfinite(sse):
-        limit = "no loading curve can be fitted"
-        raise InputError("depth or force before the puncture", "not finite", limit, next_step="Remove such samples.")
     names = (*curve.amplitudes, *curve.shape)
     fitted = (*amplitudes[: len(curve.amplitudes)], *(given or (shape,)))
-    return dict(zip(names, fitted)) | {"contact_depth": place, "force_offset": zero}
+    return dict(zip(names, fitted)) | {"contact_depth": place, "force_offset": zero}, float(sse)
 
 
 def _at_limit(

@@ -20,7 +20,7 @@ from .cycle_values import CycleFit, CycleOptions
 from .deformation_fit import DeformationFit, fit_deformation
 from .gradual_fit import FirstLayer, fit_gradual
 from .loading_curves import FITS
-from .model_errors import widen_to_cover, widened, with_misfit_below
+from .model_errors import widen_to_cover, widened
 from .segmented_recording import STAGE, SegmentedRecording, segmented, without_drift
 from .staged_fit import agrees, fit_by_stages
 
@@ -66,17 +66,7 @@ def _fits(single: SegmentedRecording, saturation: float | None) -> Callable:
     given = saturation, single.recording.card.filter_length
     complete = functools.cache(lambda law: _complete(_first_layer(single), single, law, *given))
     before = loading_samples(single.recording, single.strokes, single.events)
-    fit = functools.partial(_fit, single, given=given, before=before, complete=complete)
-    return lambda law: _with_misfit(single, *fit(law))
-
-
-def _with_misfit(single: SegmentedRecording, fit: CycleFit, loading: DeformationFit, notes: list[str]) -> tuple:
-    """The result of a fit with the misfit below the puncture in its intervals; the load of a second layer, which a note
-    names, is no such misfit."""
-    if len(single.events.punctures) > 1:
-        return fit, loading, notes
-    fit, sentences = with_misfit_below(fit, single)
-    return fit, loading, [*notes, *sentences]
+    return functools.partial(_fit, single, given=given, before=before, complete=complete)
 
 
 def _answers(others: dict[str, Callable], law: str) -> dict[str, CycleFit]:

@@ -171,8 +171,8 @@ class GradualProblem:
         residual without its linear part (variable projection, the derivative as by Kaufman 1975)."""
         at, damping = np.clip(start, self.low, self.high), 1e-2
         residual, coefficients = self.solved(at, samples)
+        slopes = self._projected(at, coefficients, samples)
         for _ in range(rounds):
-            slopes = self._projected(at, coefficients, samples)
             gradient = slopes.T @ residual
             free = ~((at <= self.low) & (gradient < 0.0)) & ~((at >= self.high) & (gradient > 0.0))
             gram = slopes.T @ slopes
@@ -189,6 +189,7 @@ class GradualProblem:
                 break
             if 0.0 <= gain < MIN_GAIN:
                 break
+            slopes = self._projected(at, coefficients, samples) if gain > 0.0 else slopes
             damping = damping * 0.1 if gain > 0.0 else damping * 10.0
         return at, float(residual @ residual)
 
@@ -213,9 +214,9 @@ class GradualProblem:
         """Derivatives (p, n) of the force by the linear coefficients, then by the numbers of the search."""
         samples = samples or self.samples
         steps = np.where(numbers + 1e-6 < self.high, 1e-6, -1e-6)
-        moved = columns(self.curve, self.shape(numbers + np.diag(steps)), samples)
-        design = columns(self.curve, self.shape(numbers), samples)
-        return np.concatenate([design.T, (moved - design) @ coefficients / steps[:, None]])
+        moves = np.vstack([np.zeros_like(steps), np.diag(steps)])
+        found = columns(self.curve, self.shape(numbers + moves), samples)
+        return np.concatenate([found[0].T, (found[1:] - found[0]) @ coefficients / steps[:, None]])
 
 
 def _starts(curve: LoadingCurve, given: tuple[float, ...]) -> Iterator[np.ndarray]:

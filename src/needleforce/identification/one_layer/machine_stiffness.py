@@ -8,6 +8,7 @@ machine, and no more with one. Its compliance is not above that of the fall of t
 yields there is in series. Where a machine only fits better, the intervals hold the values with and without it.
 """
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -42,6 +43,7 @@ POSSIBLE = (
 KNOWN = "machine stiffness: {:.4g} N/mm, as given; the depths are those of the tip, less by the force over it"
 BEYOND = 1.1  # of the compliance of the reversal, which is measured too
 STEP = 0.01  # of the largest compliance, to which the least sum of squares is searched
+PARTS = 8  # of the travel to a peak
 BLOCKS = 1000  # of samples, in the test whether a machine is to be sought
 ABSORBING = ("contact_depth", "stiffness_coefficient", "friction_per_length", "cutting_force", "force_offset")
 NESTED = ("cone", "cone_cylinder")  # in the complete fit with a machine
@@ -65,19 +67,36 @@ def at_tip(recording: Recording, stiffness: float, events: Events | None = None)
 
 
 def _check(stiffness: float, recording: Recording, force: np.ndarray, events: Events) -> None:
-    """Raises InputError where the machine alone would take all the travel to a peak of the force (n,) [N]."""
+    """Raises InputError where the force (n,) [N] rises by more, over the travel to a peak or a part of it, than the
+    machine alone yields: the tip would move outwards while the needle is pushed in."""
     peaks = [int(np.argmax(force)), *(int(np.searchsorted(recording.time, each.time)) for each in events.punctures)]
-    for peak in peaks:
-        travel = float(recording.depth[peak]) - events.contact.depth
-        if 0.0 < stiffness * travel <= force[peak]:
-            raise InputError(
-                NAME,
-                f"{1e-3 * stiffness:.3g} N/mm",
-                f"it must exceed {1e-3 * force[peak] / travel:.3g} N/mm: {force[peak]:.3g} N act {1e3 * travel:.3g} mm "
-                "past the contact, and less would leave nothing of this travel to the tissue",
-                recording.name,
-                "Give the stiffness of sensor, holder and drive in series, or leave it out.",
-            )
+    steepest = max(_steepest(recording, force, events, peak) for peak in peaks)
+    if stiffness <= steepest:
+        raise InputError(
+            NAME,
+            f"{1e-3 * stiffness:.3g} N/mm",
+            f"it must exceed {1e-3 * steepest:.3g} N/mm, by which the force rises over travel on the way to a peak: "
+            "less would leave nothing of this travel to the tissue",
+            recording.name,
+            "Give the stiffness of sensor, holder and drive in series, or leave it out.",
+        )
+
+
+def _steepest(recording: Recording, force: np.ndarray, events: Events, peak: int) -> float:
+    """The largest rise of the force over the travel [N/m] from the contact to the sample ``peak``, over all of it or
+    one of eight parts, without what noise adds once in 1000 of these; negative without such a travel."""
+    first, depth = int(np.searchsorted(recording.time, events.contact.time)), recording.depth
+    travel = float(depth[peak]) - events.contact.depth
+    if not travel > 0.0:
+        return -math.inf
+    found = [float(force[peak]) / travel]
+    blocks = [block for block in np.array_split(np.arange(first, peak + 1), PARTS + 1) if len(block)]
+    for one, other in itertools.pairwise(blocks):
+        part = float(depth[other].mean() - depth[one].mean())
+        noise = SIGNIFICANT * events.noise * math.sqrt(1.0 / len(one) + 1.0 / len(other))
+        if part > 0.5 * travel / PARTS:
+            found.append((float(force[other].mean() - force[one].mean()) - noise) / part)
+    return max(found)
 
 
 def machine_stiffness_of(singles: Sequence[SegmentedRecording]) -> Estimate | None:

@@ -12,11 +12,12 @@ kept apart from what noise gives, in ``systematic``, and how it moves the values
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from ... import core
 from ...vocabulary import SMALLEST
 from ..estimates import Estimate
 from ..statistics.noise import ONE_IN_40, SIGNIFICANT, TWO_SIDED, noise_of, slow_noise, student_quantile
@@ -29,6 +30,8 @@ AFTER = ("friction_per_length", "cutting_force")
 BENDS = {"time": ONE_IN_40, "bend": SIGNIFICANT}
 """[standard errors] of the growth of friction that noise does not explain, by the bend that shows it. The friction at
 the contact by the insertion alone is an extrapolation: its interval would be wide for nothing more often."""
+INTACT = 1e-3  # of the contact that a gradual rupture leaves, so that none of it is in the friction behind
+SURE = SIGNIFICANT / TWO_SIDED  # [half widths] from which on a difference between strokes is named
 MIN_SAMPLES = 20  # of a stroke in the tissue, for a line of its own
 DISAGREE = (
     "Insertion and withdrawal disagree on the friction per length: {own} by themselves, {together:.3g} N/m together. "
@@ -60,42 +63,71 @@ BENT = (
 class Stroke:
     """One stroke below the puncture: embedded length (n,) [m] and force (n,) [N] without the zero, positive against
     insertion, and time (n,) since the recording's start over that up to the exit, which is ``touched`` at the contact;
-    ``inwards`` is the sign of its friction. ``noise`` is the long-run variance [N²] of what its own line leaves,
-    ``bent`` (n,), and ``slow`` the same with its slow misfit."""
+    ``inwards`` is the sign of its friction. Sums over its samples are computed once."""
 
     length: np.ndarray
     force: np.ndarray
     time: np.ndarray
     touched: float
     inwards: bool
-    noise: float = math.nan
-    slow: float = math.nan
-    bent: np.ndarray = field(default_factory=lambda: np.empty(0))
-
-    @cached_property
-    def design(self) -> np.ndarray:
-        """Derivatives (n, 2) of the force by friction per length and cutting force."""
-        sign = 1.0 if self.inwards else -1.0
-        return np.column_stack([sign * self.length, np.full_like(self.length, float(self.inwards))])
+    filter_length: int
 
     @cached_property
     def line(self) -> np.ndarray:
-        """The straight lines (n, 2) that a stroke by itself allows: friction, and any level."""
-        return np.column_stack([self.design[:, 0], np.ones_like(self.length)])
+        """The straight lines (2, n) that a stroke by itself allows: friction, and any level."""
+        return np.array([self.length if self.inwards else -self.length, np.ones_like(self.length)])
 
     @cached_property
-    def own(self) -> tuple[np.ndarray, np.ndarray]:
-        """Friction per length and level of this stroke alone, (2,), and the half widths of their intervals."""
-        line = self.line
-        bread = inverse(line.T @ line)
-        return bread @ (line.T @ self.force), TWO_SIDED * np.sqrt(self.slow * bread.diagonal())
+    def shown(self) -> np.ndarray:
+        """1 (2,) for friction per length and, in the insertion, for the cutting force: the lines that strokes share."""
+        return np.array([1.0, float(self.inwards)])
+
+    @cached_property
+    def products(self) -> np.ndarray:
+        """Sums of products (3, 3) of the lines and the force."""
+        return core.gram(np.vstack([self.line, self.force]))
+
+    @cached_property
+    def gram(self) -> np.ndarray:
+        """Those (2, 2) of the derivatives by friction per length and cutting force."""
+        return self.products[:2, :2] * np.outer(self.shown, self.shown)
+
+    @cached_property
+    def bread(self) -> np.ndarray:
+        """Inverse (2, 2) of the products of the lines."""
+        return inverse(self.products[:2, :2])
+
+    @cached_property
+    def bent(self) -> np.ndarray:
+        """What its own line leaves (n,) [N]; a line that both strokes share leaves misfit in it."""
+        return self.force - self.own @ self.line
+
+    @cached_property
+    def noise(self) -> float:
+        """Long-run variance [N²] of that."""
+        return noise_of(self.bent, len(self.bent), self.filter_length, 2.0).long_run
+
+    @cached_property
+    def slow(self) -> float:
+        """The same with its slow misfit."""
+        return slow_noise(self.bent, self.line.T, self.noise)
+
+    @cached_property
+    def own(self) -> np.ndarray:
+        """Friction per length and level of this stroke alone, (2,)."""
+        return self.bread @ self.products[:2, 2]
+
+    @cached_property
+    def halves(self) -> np.ndarray:
+        """The half widths (2,) of their intervals."""
+        return TWO_SIDED * np.sqrt(self.slow * self.bread.diagonal())
 
 
 def strokes_below(fit: CycleFit, single: SegmentedRecording) -> list[Stroke]:
     """The strokes of a fit below its puncture, those with enough samples."""
     strokes, time = single.strokes, single.recording.time
     contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.puncture.left_out
-    used = slice(fit.puncture.before + w, len(strokes.depth_in) - w)
+    used = slice(max(fit.puncture.before, _fallen(fit, strokes.depth_in)) + w, len(strokes.depth_in) - w)
     cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero, time[strokes.index_in[used]]
     back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero, time[strokes.index_out[w:]]
     inside = back[0] > 0.0
@@ -105,37 +137,42 @@ def strokes_below(fit: CycleFit, single: SegmentedRecording) -> list[Stroke]:
         return []
     lasts = float(parts[-1][2][-1] - time[0])
     touched = time[strokes.index_in[min(int(np.searchsorted(strokes.depth_in, contact)), used.start)]]
-    shared = {"touched": float(touched - time[0]) / lasts}
+    shared = {"touched": float(touched - time[0]) / lasts, "filter_length": single.recording.card.filter_length}
     return [
         Stroke(length=length, force=force, time=(times - time[0]) / lasts, inwards=inwards, **shared)
         for length, force, times, inwards in parts
     ]
 
 
-def _with_own_noise(stroke: Stroke, filter_length: int) -> Stroke:
-    """The stroke with the noise about its own line; a line that both strokes share leaves misfit in it."""
-    line, n = stroke.line, len(stroke.length)
-    residual = stroke.force - line @ (inverse(line.T @ line) @ (line.T @ stroke.force))
-    noise = noise_of(residual, n, filter_length, 2.0).long_run
-    return replace(stroke, noise=noise, slow=slow_noise(residual, line, noise), bent=residual)
+def _fallen(fit: CycleFit, depth: np.ndarray) -> int:
+    """The first sample of the insertion at a ``depth`` (n,) [m] behind a gradual rupture; 0 for a sharp one."""
+    values = fit.values
+    if "rupture_length" not in values:
+        return 0
+    length = values["rupture_length"] * math.log(1.0 / INTACT) ** (1.0 / values["rupture_exponent"])
+    return int(np.searchsorted(depth, values["contact_depth"] + values["rupture_onset"] + length))
 
 
-def with_misfit_below(fit: CycleFit, single: SegmentedRecording) -> tuple[CycleFit, tuple[str, ...]]:
-    """The fit with the misfit below the puncture in the intervals of friction and cutting force, and a sentence if its
-    strokes disagree.
+def with_misfit_below(single: SegmentedRecording, law: str) -> SegmentedRecording:
+    """The recording with the misfit below the puncture in the intervals of friction and cutting force of one law's fit,
+    and a note if its strokes disagree.
 
     The slow part of each stroke's residual adds to the covariance. Where a stroke by itself disagrees with the fit by
     more than both intervals, or the withdrawal does not end in zero force at the contact, the intervals hold the
-    stroke's own friction too, with the cutting force that belongs to it. All of these tests are at the level of the
-    intervals, so 5 % of the recordings that follow the model are widened for nothing. Where strokes disagree, what
-    their common line leaves is no noise: the random part is then that of the noise about the strokes' own lines.
-    Strokes that are bent hold what a force that changes with time leaves at the contact.
+    stroke's own friction too, with the cutting force that belongs to it. What the contact depth may be is in the fit's
+    intervals before, so that a contact which the loading law misses is no such disagreement. All of these tests are at
+    the level of the intervals, so 5 % of the recordings that follow the model are widened for nothing. Where strokes
+    disagree, what their common line leaves is no noise: the random part is then that of the noise about the strokes'
+    own lines. Strokes that are bent hold what a force that changes with time leaves at the contact. The load of a
+    second layer, which a note names, is no such misfit.
     """
-    filter_length = single.recording.card.filter_length
-    parts = [_with_own_noise(each, filter_length) for each in strokes_below(fit, single)]
-    if not parts or not parts[0].inwards or FITS[fit.law].foundation != "linear":
-        return fit, ()
-    random = _random_shares(fit, parts, filter_length)
+    fit = single.fits.get(law)
+    if fit is None or FITS[law].foundation != "linear" or len(single.events.punctures) > 1:
+        return single
+    parts = strokes_below(fit, single)
+    if not parts or not parts[0].inwards:
+        return single
+    random = _random_shares(fit, parts)
     others, bends = _disagreeing(fit, parts, random["friction_per_length"]), _bends(fit, parts)
     moved = {cause: bend.moved(fit) for cause, bend in bends.items()}
     sizes = {cause: bend.significance for cause, bend in bends.items()}
@@ -145,31 +182,35 @@ def with_misfit_below(fit: CycleFit, single: SegmentedRecording) -> tuple[CycleF
     fit = _with_slow_noise(fit, parts)
     sentences = [bend.sentence for bend in shown.values()]
     if others:
-        sentences.insert(0, _sentence(parts, fit.values["friction_per_length"]))
+        sentences = [each for each in (_sentence(fit, parts), *sentences) if each]
         fit = _with_random(fit, random)
-    return widen_to_cover(fit, others | changed), tuple(sentences)
+    notes = tuple(dict.fromkeys((*single.law_notes.get(law, ()), *sentences)))
+    fits = single.fits | {law: widen_to_cover(fit, others | changed)}
+    return replace(single, fits=fits, law_notes=single.law_notes | {law: notes})
 
 
-def _sentence(parts: list[Stroke], together: float) -> str:
-    """What disagrees: the strokes with each other, or both with the fit."""
-    own = [(float(values[0]), float(halves[0])) for values, halves in (part.own for part in parts)]
+def _sentence(fit: CycleFit, parts: list[Stroke]) -> str:
+    """What disagrees, beyond noise in all but one of a thousand recordings: the strokes with each other, or both with
+    the fit; empty where only a contact depth within its interval is another one."""
+    own = [(float(part.own[0]), float(part.halves[0])) for part in parts]
     words = " and ".join(f"{value:.3g}" for value, _ in own) + " N/m"
     if len(own) < 2:
-        return ALONE.format(own=words, together=together)
-    (one, half), (other, width) = own
-    agree = abs(one - other) <= math.hypot(half, width)
-    return (ELSEWHERE if agree else DISAGREE).format(own=words, together=together)
+        found = ALONE
+    elif abs(own[0][0] - own[1][0]) > SURE * math.hypot(own[0][1], own[1][1]):
+        found = DISAGREE
+    else:
+        found = ELSEWHERE if _level(fit, parts, SURE) else ""
+    return found.format(own=words, together=fit.values["friction_per_length"])
 
 
-def _random_shares(fit: CycleFit, parts: list[Stroke], filter_length: int) -> dict[str, float]:
+def _random_shares(fit: CycleFit, parts: list[Stroke]) -> dict[str, float]:
     """Share of the standard errors of friction and cutting force that the noise about the strokes' own lines gives."""
     common = np.array([fit.values[name] for name in AFTER])
-    left = [part.force - part.design @ common for part in parts]
-    noises = [noise_of(each, len(each), filter_length, 1.0).long_run for each in left]
-    grams = [part.design.T @ part.design for part in parts]
-    bread = inverse(sum(grams))
+    left = [part.force - (part.shown * common) @ part.line for part in parts]
+    noises = [noise_of(each, len(each), part.filter_length, 1.0).long_run for each, part in zip(left, parts)]
+    bread = inverse(sum(part.gram for part in parts))
     own, together = (
-        (bread @ sum(noise * gram for noise, gram in zip(each, grams)) @ bread).diagonal()
+        (bread @ sum(noise * part.gram for noise, part in zip(each, parts)) @ bread).diagonal()
         for each in ([part.noise for part in parts], noises)
     )
     return {name: math.sqrt(min(a / b, 1.0)) if b > 0.0 else 1.0 for name, a, b in zip(AFTER, own, together)}
@@ -192,9 +233,8 @@ def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
     more = [max(part.slow - max(part.noise, noises[part.inwards].long_run), 0.0) for part in parts]
     if not any(each > 0.0 for each in more):
         return fit
-    grams = [part.design.T @ part.design for part in parts]
-    bread = inverse(sum(grams))
-    added = bread @ sum(each * gram for each, gram in zip(more, grams)) @ bread
+    bread = inverse(sum(part.gram for part in parts))
+    added = bread @ sum(each * part.gram for each, part in zip(more, parts)) @ bread
     low, high = dict(fit.low), dict(fit.high)
     for name, variance in zip(AFTER, added.diagonal()):
         value, half = fit.values[name], TWO_SIDED * math.sqrt(max(float(variance), 0.0))
@@ -256,19 +296,16 @@ def _bends(fit: CycleFit, parts: list[Stroke]) -> dict[str, Bend]:
 
 def _bend(fit: CycleFit, parts: list[Stroke], growing: Callable) -> Bend:
     """The bend of strokes by friction that grows as ``growing`` of the time."""
-    columns = [part.design[:, 0] * growing(part.time) for part in parts]
-    along, across = 0.0, 0.0
-    for part, column in zip(parts, columns):
-        line, noise = part.line, max(part.noise, SMALLEST)
-        common = line.T @ column
+    along, across, force, lever = 0.0, 0.0, np.zeros(2), np.zeros(2)
+    for part in parts:
+        column, noise = part.line[0] * growing(part.time), max(part.noise, SMALLEST)
+        common = part.line @ column
         along += float(column @ part.bent) / noise
-        across += float(column @ column - common @ inverse(line.T @ line) @ common) / noise
+        across += float(column @ column - common @ part.bread @ common) / noise
+        force, lever = force + part.shown * part.products[:2, 2], lever + part.shown * common
     growth, error = along / max(across, SMALLEST), 1.0 / math.sqrt(max(across, SMALLEST))
-    bread = inverse(sum(part.design.T @ part.design for part in parts))
-    force, lever = (
-        bread @ sum(part.design.T @ each for part, each in zip(parts, all_of))
-        for all_of in ([part.force for part in parts], columns)
-    )
+    bread = inverse(sum(part.gram for part in parts))
+    force, lever = bread @ force, bread @ lever
     noise = np.array([0.5 * (fit.high[name] - fit.low[name]) for name in AFTER])
     halves = np.hypot(noise, TWO_SIDED * np.sqrt(parts[0].noise * bread.diagonal() + (error * lever) ** 2))
     puncture = float(parts[0].time[0]) if len(parts) > 1 else None
@@ -279,17 +316,31 @@ def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, 
     """The fit with the friction of a stroke by itself, for each stroke that disagrees with it; ``share`` of the
     interval of the fit is random."""
     name = "friction_per_length"
-    value, half = fit.values[name], share * 0.5 * (fit.high[name] - fit.low[name])
-    own = [part.own for part in parts]
-    level = own[1][0][1] if len(parts) > 1 and abs(own[1][0][1]) > own[1][1][1] else 0.0
-    best = min(own, key=lambda each: each[1][0])
+    value, (below, above) = fit.values[name], fit.systematic_part(name)
+    half = share * 0.5 * (fit.high[name] - fit.low[name] - below - above)
+    level = _level(fit, parts)
+    best = min(parts, key=lambda part: part.halves[0])
     found = {}
-    for part, each in zip(parts, own):
-        away = abs(float(each[0][0]) - value) > math.hypot(half, each[1][0])
-        if away or (level and each is best):
-            other = _with_friction(fit, parts[0], float(each[0][0]), float(each[1][0]), float(level))
+    for part in parts:
+        change, error = float(part.own[0]) - value, math.hypot(half, part.halves[0])
+        away = not -below - error <= change <= above + error
+        if away or (level and part is best):
+            other = _with_friction(fit, parts[0], float(part.own[0]), float(part.halves[0]), float(level))
             found["insertion" if part.inwards else "withdrawal"] = other
     return found
+
+
+def _level(fit: CycleFit, parts: list[Stroke], sure: float = 1.0) -> float:
+    """The force [N] at which the withdrawal by itself ends at the contact, 0 where its error, so many times, that of
+    the zero and what the contact depth may be explain it."""
+    if len(parts) < 2:
+        return 0.0
+    (friction, level), half = parts[1].own, parts[1].halves[1]
+    name = "contact_depth"
+    away = fit.high[name] - fit.values[name] if level > 0.0 else fit.values[name] - fit.low[name]
+    zero = 0.5 * (fit.high["force_offset"] - fit.low["force_offset"])
+    explained = math.hypot(sure * half, *np.nan_to_num([friction * away, sure * zero]))
+    return float(level) if abs(level) > explained else 0.0
 
 
 def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, float]]:
@@ -297,7 +348,7 @@ def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, fl
     withdrawal ends is one of the insertion too."""
     found = {}
     for part in parts:
-        (friction, level), _ = part.own
+        friction, level = part.own
         moved = _with_friction(fit, parts[0], float(friction), 0.0, 0.0).values
         found["insertion" if part.inwards else "withdrawal"] = {name: moved[name] - fit.values[name] for name in AFTER}
         if not part.inwards:
@@ -334,9 +385,9 @@ def _with_friction(fit: CycleFit, insertion: Stroke, friction: float, half: floa
     """The fit with another ``friction`` [N/m], its ``half`` width, and the cutting force that follows from the
     insertion's mean, with the errors of contact depth and zero; embedding that begins elsewhere changes it by the
     withdrawal's ``level`` [N] at the contact."""
-    friction, mean = max(friction, 0.0), float(insertion.length.mean())
+    friction, (mean, force) = max(friction, 0.0), (insertion.products[1, ::2] / len(insertion.force)).tolist()
+    cutting = force - friction * mean
     contact, zero = (0.5 * (fit.high[name] - fit.low[name]) for name in ("contact_depth", "force_offset"))
-    cutting = float(insertion.force.mean()) - friction * mean
     width = math.hypot(half * mean, *np.nan_to_num([friction * contact, zero]))
     ends = cutting + min(level, 0.0) - width, cutting + max(level, 0.0) + width
     low = fit.low | dict(zip(AFTER, (friction - half, ends[0])))

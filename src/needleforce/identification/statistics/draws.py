@@ -20,6 +20,7 @@ from .posterior import Linear, Posterior, can_be_exact, posterior_of
 MAX_DRAWS = 10_000_000  # more would need several GB
 EXACT = "exact posterior: a grid over contact and puncture, the linear coefficients Gaussian in each cell"
 GAUSSIAN = "Gaussian with the fit's covariance, puncture uniform over its interval"
+LAYERS = "Gaussian with the correlations of the fit of the layers, scaled to the intervals"
 MAX_ROUNDS = 100  # of draws: if the priors reject more than this, another method is used
 
 
@@ -85,9 +86,9 @@ def draws_of(
 ) -> Draws:
     """Independent draws of every identified quantity, the same for the same seed.
 
-    The draws of a recording are of its exact posterior, or Gaussian where there is none: see ``draw_cycle``. Estimates
-    made otherwise (the measured puncture force, presliding) are drawn as Gaussian with their interval, independent of
-    the rest.
+    The draws of a recording are of its exact posterior, or Gaussian where there is none: see ``draw_cycle``; those of
+    layers in an insertion are Gaussian, scaled to its intervals. Estimates made otherwise (the measured puncture force,
+    presliding) are drawn as Gaussian with their interval, independent of the rest.
 
     The mean over n repeats has Student's distribution: x + g sum_j z_j (x_j - x) / sqrt(n (n - 1)), z normal, g the
     root of n - 1 over a chi-square, one z and g for all quantities. Its correlations are those of the repeats. Where
@@ -99,7 +100,7 @@ def draws_of(
     Parameters
     ----------
     recordings : sequence of RecordingFit
-        Those without a cycle are left out.
+        Those without a fit are left out.
     parameters : Parameters
         The pooled estimates.
     count : int
@@ -119,10 +120,10 @@ def draws_of(
         For a count out of range, and where no recording has a cycle to draw from.
     """
     count = checked_count(count)
-    answering = [each for each in recordings if each.cycle is not None]
+    answering = [each for each in recordings if each.cycle is not None or each.layers is not None]
     if not answering:
-        step = "Give a recording with contact and puncture, and a one-layer model."
-        raise InputError("draws", "not available", "no recording has a one-layer fit", next_step=step)
+        limit = "no recording has a one-layer fit, or one of gradual_layers"
+        raise InputError("draws", "not available", limit, next_step="Give a recording with contact and puncture.")
     random = np.random.default_rng(seed)
     drawn = [_own(each, count, random) for each in answering]
     names = [name for name in drawn[0][0] if all(name in found for found, _ in drawn)]
@@ -136,6 +137,8 @@ def draws_of(
 
 def _own(each: RecordingFit, count: int, random: np.random.Generator) -> tuple[dict, str]:
     """The draws of one recording by the names of its estimates, in their order, and how its cycle was drawn."""
+    if each.cycle is None:
+        return _own_layers(each, count, random), LAYERS
     joint, method = draw_cycle(each.cycle, each.strokes, count, random)
     found = {}
     for name, estimate in each.parameters.items():
@@ -144,6 +147,18 @@ def _own(each: RecordingFit, count: int, random: np.random.Generator) -> tuple[d
         elif math.isfinite(estimate.high - estimate.low):
             found[name] = _by_interval(estimate, random.standard_normal(count) / TWO_SIDED)
     return found, method
+
+
+def _own_layers(each: RecordingFit, count: int, random: np.random.Generator) -> dict:
+    """The draws of the layers of one insertion whose intervals have ends, each scaled on each side to its interval."""
+    from ..layered.insertion_fit import lowest
+
+    standard, found = each.layers.standard(count, random), {}
+    for name, estimate in each.parameters.items():
+        if math.isfinite(estimate.high - estimate.low):
+            share = standard[name] if name in standard else random.standard_normal(count)
+            found[name] = np.maximum(_by_interval(estimate, share / TWO_SIDED), lowest(name))
+    return found
 
 
 def _widened(values: np.ndarray, estimate: Estimate, cycle: CycleFit) -> np.ndarray:
@@ -194,6 +209,7 @@ def _moved_by_model_errors(
     answering: list[RecordingFit], random: np.random.Generator, count: int
 ) -> dict[str, np.ndarray]:
     """Draws (count,) of standard size, by name, of where the errors of the model move the mean over repeats."""
+    answering = [each for each in answering if each.cycle is not None]
     causes = dict.fromkeys(cause for each in answering for cause in each.cycle.causes)
     drawn, moved = random.standard_normal((len(causes), count)), {}
     for number, cause in zip(drawn, causes):

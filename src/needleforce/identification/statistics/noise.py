@@ -150,7 +150,7 @@ def _autocovariance(residual: np.ndarray, count: int, filter_length: int) -> tup
         found = _last_correlated_lag(covariance, count)
         if 2 * found <= lags or lags == max_lags:
             return covariance, min(found, lags // 2)
-        lags *= 2
+        lags *= 8  # a spectrum has many more lags at once
 
 
 def _lagged_products(residual: np.ndarray, lags: int) -> np.ndarray:
@@ -200,11 +200,11 @@ def slow_noise(residual: np.ndarray, design: np.ndarray, long_run: float) -> flo
     return found if found > limit * long_run else long_run
 
 
-def student_quantile(freedom: int) -> float:
+def student_quantile(freedom: int, level: float = LEVEL) -> float:
     """Half width of an interval in standard errors that were estimated with ``freedom`` degrees of freedom."""
     from scipy.special import stdtrit  # scipy.stats takes seconds to load
 
-    return float(stdtrit(freedom, 0.5 * (1.0 + LEVEL)))
+    return float(stdtrit(freedom, 0.5 * (1.0 + level)))
 
 
 def sandwich(bread: np.ndarray, grams: np.ndarray, noises: list[Noise]) -> np.ndarray:
