@@ -243,7 +243,9 @@ class _Work:
     def conditions(self, tasks: list[ConditionTask], keys: Sequence[str]) -> list[Condition]:
         """The conditions in the order of the tasks. Raises InputError if it is that of every one."""
         found = {k: decoded_condition(content) for k, content in enumerate(map(self._kept, keys)) if content}
-        waiting, refused = [k for k in range(len(tasks)) if k not in found], []
+        # the longest first: at the end no worker waits for one that began late
+        waiting = sorted((k for k in range(len(tasks)) if k not in found), key=lambda k: -_size(tasks[k]))
+        refused: list[InputError] = []
         if self.state is not None:
             _log.info("%d of %d conditions are kept, %d are identified.", len(found), len(tasks), len(waiting))
         for index, done in self._outcomes(identified, [tasks[k] for k in waiting], 1, "identifying"):
@@ -278,6 +280,11 @@ class _Work:
         """The digests of the files from which a recording takes its options and its motion; empty without them."""
         motion = Path(self._facts[path].motion).name
         return _digest(path.with_name(IN_FOLDER)), _digest(path.with_name(motion)) if motion else ""
+
+
+def _size(task: ConditionTask) -> int:
+    """The bytes of a condition's files, by which its time is judged."""
+    return sum(sum(stamp_of(each.file.path)[:1]) for each in task.labels)
 
 
 def _digest(path: Path) -> str:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from multiprocessing import parent_process
 from typing import Any
 
 import numpy as np
@@ -113,8 +114,9 @@ def _symmetric(problem: Problem, starts: Iterable[np.ndarray]) -> Iterator[np.nd
 
 def on_all_cores(work: Callable, items: Iterable) -> list:
     """The work on each of the items, in their order, a share of them on each of the processor's cores; searches leave
-    Python meanwhile, and their results do not depend on the sharing."""
-    items, cores = list(items), os.cpu_count() or 1
+    Python meanwhile, and their results do not depend on the sharing. A process that does a part of the work of another
+    is one of as many as there are cores, and has one."""
+    items, cores = list(items), 1 if parent_process() else os.cpu_count() or 1
     found: list = [None] * len(items)
 
     def share(first: int) -> None:
