@@ -86,7 +86,10 @@ def killed(folder: Path, state: Path, *options: object, worker: bool = False) ->
     command = [str(Path(sys.executable).with_name("needleforce")), "campaign", str(folder), "--pattern", REAL_NAME]
     tasks = state / "tasks.jsonl"
     with subprocess.Popen(
-        [*command, "--state", str(state), *map(str, options)], stderr=subprocess.PIPE, text=True
+        [*command, "--state", str(state), *map(str, options)],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
     ) as on:
         line = next(line for line in on.stderr if "are identified" in line)
         wanted = STOPPED * int(line.split()[2])

@@ -90,6 +90,14 @@ def test_the_twins_of_the_planner_say_the_same(root, tmp_path):
     assert 0.49 <= largest < 0.98 + 0.9 + 0.07
 
 
+def test_a_folder_of_many_files_is_stopped_and_continued(root, tmp_path):
+    said = run([str(root / "examples" / "many_files.py")], tmp_path)
+    assert "6 of 12 conditions are identified so far." in said
+    assert "48 files, 12 specimens, not used: gel05_0.csv" in said
+    # of twelve 95 % intervals one or two may miss the friction that was simulated
+    assert int(re.search(r"within its interval: (\d+) of 12", said)[1]) >= 10
+
+
 def test_examples_are_short(root):
     for path in (root / "examples").glob("*.*"):
         if path.suffix in (".py", ".cpp"):
