@@ -8,13 +8,13 @@ With --full also meshes of up to 10^5 elements, which take a minute, and one of 
 
 import argparse
 import json
-import runpy
 import subprocess
 import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
+from loop import compiled
 from rich.console import Console
 from rich.table import Table
 
@@ -70,7 +70,6 @@ def bent_times(condensed):
 
 def main(full):
     console = Console(width=140)
-    compiled = runpy.run_path(str(Path(__file__).with_name("run.py")))["compiled"]
     heads = ("mesh", "elements", "unknowns", "assembled [s]", "factor [s]", "condensed [s]")
     table = Table(*heads, "step, median", "99 %", "99.9 %", "largest [us]", title=f"{NODES} nodes of the path")
     bodies = {name: lambda cell=cell: axisymmetric(cell) for name, cell in (CELLS | (FULL if full else {})).items()}

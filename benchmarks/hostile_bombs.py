@@ -11,6 +11,7 @@ from io import BytesIO
 from pathlib import Path
 
 import hostile_content as content
+import log_files
 import numpy as np
 from mcap.data_stream import RecordBuilder
 from mcap.records import Chunk
@@ -103,18 +104,18 @@ def _marks(chance: random.Random) -> bytes:
 def bag_bomb(folder: Path, chance: random.Random) -> Path:
     match chance.randrange(5):
         case 0:
-            return content.bag(folder, "sqlite3", content.database(views=True))
+            return log_files.bag(folder, "sqlite3", log_files.database(views=True))
         case 1:
-            return content.bag(folder, "mcap", mcap_bomb(0, chance))
+            return log_files.bag(folder, "mcap", mcap_bomb(0, chance))
         case 2:
             levels = "".join(f"l{k}: &l{k} {{<<: [*l{k - 1}, *l{k - 1}]}}\n" for k in range(1, 40))
-            return content.bag(folder, "mcap", MCAP, b"l0: &l0 {a: 1}\n" + levels.encode())
+            return log_files.bag(folder, "mcap", MCAP, b"l0: &l0 {a: 1}\n" + levels.encode())
         case 3:
-            return content.bag(folder, "mcap", MCAP, b"[" * chance.choice([1000, 10**5, 10**6]))
-    made = content.METADATA.format(storage="mcap", name="bag.mcap.zstd")
+            return log_files.bag(folder, "mcap", MCAP, b"[" * chance.choice([1000, 10**5, 10**6]))
+    made = log_files.METADATA.format(storage="mcap", name="bag.mcap.zstd")
     for word, other in (("mode", "FILE"), ("format", "zstd")):
         made = made.replace(f"compression_{word}: ''", f"compression_{word}: {other}")
-    return content.bag(folder, "mcap", MCAP, made.encode())
+    return log_files.bag(folder, "mcap", MCAP, made.encode())
 
 
 def toml_bomb(many: int, chance: random.Random) -> str:
@@ -143,7 +144,7 @@ def npy_of_a_huge_shape(many: int, chance: random.Random) -> bytes:
 
 def npz_of_zeros(many: int, chance: random.Random) -> bytes:
     made = BytesIO()
-    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED) as archive:
+    with zipfile.ZipFile(made, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
         for name in ("time", "depth", "force"):
             one = BytesIO()
             np.save(one, np.zeros(chance.choice([10**6, 2 * 10**7])))
@@ -162,13 +163,20 @@ def excel_bomb(many: int, chance: random.Random) -> bytes:
     head = b'<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>'
     end = b"</sheetData></worksheet>"
     sheets = [
-        bytes(400 << 20),
-        head + b'<row r="1"><c r="A1"><v>1</v></c></row><row r="1048576"><c r="XFD1048576"><v>1</v></c></row>' + end,
-        b'<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>' + head + b"&b;" * 1000 + end,
-        head + b'<row r="1"><c r="A1"><v>1</v></c></row>' * 10**6 + end,
-        head + b"<row>" * 100_000,
+        lambda: bytes(400 << 20),
+        lambda: (
+            head + b'<row r="1"><c r="A1"><v>1</v></c></row><row r="1048576"><c r="XFD1048576"><v>1</v></c></row>' + end
+        ),
+        lambda: (
+            b'<!DOCTYPE x [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+            + head
+            + b"&b;" * 1000
+            + end
+        ),
+        lambda: head + b'<row r="1"><c r="A1"><v>1</v></c></row>' * 10**6 + end,
+        lambda: head + b"<row>" * 100_000,
     ]
-    sheet = chance.choice(sheets)
+    sheet = chance.choice(sheets)()
     return content.zipped_again(
         content.excel(0), lambda name, part: (name, sheet if name.endswith("sheet1.xml") else part)
     )
@@ -228,20 +236,24 @@ def _matrix(matlab_class: int, shape: tuple[int, ...], *parts: bytes) -> bytes:
 
 def matlab_bomb(many: int, chance: random.Random) -> bytes:
     empty = _element(14, b"")
-    inner = _element(14, b"")
-    for _ in range(5000):
-        inner = _matrix(1, (1, 1), inner)
+
+    def within() -> bytes:
+        inner = empty
+        for _ in range(5000):
+            inner = _matrix(1, (1, 1), inner)
+        return inner
+
     forms = [
-        _matrix(6, (20_000_000, 1), _element(9, bytes(160_000_000))),
-        _matrix(1, (10**6, 1), empty * 10**6),
-        _matrix(1, (2**31 - 1, 2**31 - 1), empty),
-        _matrix(2, (2**20, 2**11), _element(5, struct.pack("<i", 8)), _element(1, b"a".ljust(8, b"\0"))),
-        _matrix(2, (2**30, 1), _element(5, struct.pack("<i", 0)), _element(1, b"")),
-        _matrix(4, (10**8, 1), _element(16, bytes(10**8))),
-        _matrix(5, (2**30, 2**30), _element(5, bytes(8)), _element(5, bytes(8)), _element(9, bytes(8))),
-        inner,
+        lambda: _matrix(6, (20_000_000, 1), _element(9, bytes(160_000_000))),
+        lambda: _matrix(1, (10**6, 1), empty * 10**6),
+        lambda: _matrix(1, (2**31 - 1, 2**31 - 1), empty),
+        lambda: _matrix(2, (2**20, 2**11), _element(5, struct.pack("<i", 8)), _element(1, b"a".ljust(8, b"\0"))),
+        lambda: _matrix(2, (2**30, 1), _element(5, struct.pack("<i", 0)), _element(1, b"")),
+        lambda: _matrix(4, (10**8, 1), _element(16, bytes(10**8))),
+        lambda: _matrix(5, (2**30, 2**30), _element(5, bytes(8)), _element(5, bytes(8)), _element(9, bytes(8))),
+        within,
     ]
-    packed = zlib.compress(chance.choice(forms))
+    packed = zlib.compress(chance.choice(forms)(), 1)
     return content.matlab(0)[:128] + struct.pack("<II", 15, len(packed)) + packed * chance.choice([1, 1, 3])
 
 
@@ -257,13 +269,13 @@ def hdf5_bomb(many: int, chance: random.Random) -> bytes:
 
     def chunk(file):  # which unpacks to more than it may
         made = file.create_dataset("time", shape=(1000,), dtype="f8", chunks=(1000,), compression="gzip")
-        made.id.write_direct_chunk((0,), zlib.compress(bytes(200_000_000)))
+        made.id.write_direct_chunk((0,), zlib.compress(bytes(200_000_000), 1))
 
     def twice(file):
         plan = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         plan.set_chunk((1000,)), plan.set_deflate(9), plan.set_deflate(9)
         made = h5py.h5d.create(file.id, b"time", h5py.h5t.NATIVE_DOUBLE, h5py.h5s.create_simple((1000,)), plan)
-        made.write_direct_chunk((0,), zlib.compress(zlib.compress(bytes(200_000_000))))
+        made.write_direct_chunk((0,), zlib.compress(zlib.compress(bytes(200_000_000), 1)))
 
     def groups(file):
         for number in range(20_000):
@@ -324,7 +336,7 @@ def records_bomb(many: int, chance: random.Random) -> bytes:
 
 
 def ros1_bomb(many: int, chance: random.Random) -> bytes:
-    data = bytearray(content.ros1(chance.randrange(3)))
+    data = bytearray(log_files.ros1(chance.randrange(3)))
     field = chance.choice([b"conn_count=", b"chunk_count=", b"index_pos=", b"count=", b"chunk_pos=", b"conn="])
     places = [at for at in range(len(data)) if data.startswith(field, at)]
     for at in places[: chance.choice([1, 100])]:

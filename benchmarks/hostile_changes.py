@@ -17,6 +17,7 @@ from typing import NamedTuple
 import damaged_files
 import hostile_bombs as bombs
 import hostile_content as content
+import log_files
 
 from needleforce.wire.net_ft import SensorConfiguration
 
@@ -183,14 +184,14 @@ def _text(words: list[str], encodings: tuple[str, ...] = ("utf-16", "utf-32", "u
 
 def _changed_bag(folder: Path, chance: random.Random) -> Path:
     storage = chance.choice(["mcap", "sqlite3"])
-    data = content.mcap(chance.randrange(4)) if storage == "mcap" else content.database()
+    data = log_files.mcap(chance.randrange(4)) if storage == "mcap" else log_files.database()
     name = "bag.mcap" if storage == "mcap" else "bag.db3"
-    metadata = content.METADATA.format(storage=storage, name=name).encode()
+    metadata = log_files.METADATA.format(storage=storage, name=name).encode()
     if chance.random() < 0.5:
         data = damaged_files.damaged(data, chance)
     else:
         metadata = _with_words(metadata.decode(), [*KEYS, *YAML], chance)
-    made = content.bag(folder, storage, data, metadata)
+    made = log_files.bag(folder, storage, data, metadata)
     if chance.random() < 0.05:
         (made / "more.db3").symlink_to("/dev/zero")
     return made
@@ -235,7 +236,7 @@ _WORKBOOK = _bytes((0.6, _with_values), (0.5, _with_members(0.02)))
 FORMATS = {
     "csv": Format(".csv", lambda _: content.csv_text().encode(), _text(_CSV), bombs.csv_bomb),
     "parquet": Format(".parquet", _parquet, damaged_files.damaged, _drawn(*_PARQUETS)),
-    "mcap": Format(".mcap", _one(content.mcap, 4), damaged_files.damaged, bombs.mcap_bomb),
+    "mcap": Format(".mcap", _one(log_files.mcap, 4), damaged_files.damaged, bombs.mcap_bomb),
     "toml": Format(".toml", _of(content.definitions), _text(KEYS), bombs.toml_bomb),
     "json": Format(".json", lambda _: content.fit().encode(), _text(KEYS, ()), bombs.json_bomb),
     "mapping": Format(".toml", _of(content.mappings), _text(KEYS + OPTIONS), bombs.toml_bomb),
@@ -261,7 +262,7 @@ FORMATS = {
     "hdf5": Format(".h5", _one(content.hdf5, 6), _bytes(), _drawn(bombs.hdf5_bomb)),
     "tdms": Format(".tdms", _one(content.tdms, 6), _bytes(kept=4), _drawn(bombs.tdms_bomb)),
     "records": Format(".jsonl", _one(content.records, 6), _bytes((0.7, _with_json)), _drawn(bombs.records_bomb)),
-    "ros1": Format(".bag", _one(content.ros1, 6), _bytes(kept=13), _drawn(bombs.ros1_bomb)),
+    "ros1": Format(".bag", _one(log_files.ros1, 6), _bytes(kept=13), _drawn(bombs.ros1_bomb)),
     "jpk": Format(
         ".jpk-force", _one(content.jpk, 6), _bytes((0.5, _with_members(0.6)), kept=4), _drawn(bombs.jpk_bomb)
     ),
@@ -279,7 +280,7 @@ def ending_of(kind: str) -> str:
 def valid(kind: str, folder: Path) -> Path:
     """A valid file of a format."""
     if kind == BAG:
-        return content.bag(folder, "sqlite3", content.database())
+        return log_files.bag(folder, "sqlite3", log_files.database())
     path = folder / f"valid{ending_of(kind)}"
     path.write_bytes(FORMATS[kind].content(random.Random(0)))
     return path

@@ -63,6 +63,19 @@ TYPED_TEST(Dragged, ReleasesAtOnceWhenNothingIsEmbedded) {
   EXPECT_EQ(walk.memory.element.elastic, 0.0);
 }
 
+TYPED_TEST(Dragged, UnloadsBeforeItIsReleasedWhereNothingIsEmbedded) {
+  // withdrawn in mid rupture: the surface is still below the tip, and the spring pushes
+  Shafted<TypeParam> walk(TypeParam{140.0, 220.0, 0.4e-3, 3e-3}, 8e-3, 2.4);
+  go(walk, 0.2e-3, 1e-3, 1e-6);
+  const double pushed = walk.force(), deepest = walk.tip.depth;
+  ASSERT_GT(pushed, 1.0);
+  while (walk.tip.depth > 1e-3) {
+    walk.step(-1e-6, 1e-3);
+    ASSERT_EQ(walk.shaft.embedded, 0.0);
+    ASSERT_NEAR(walk.force(), std::max(0.0, pushed - 220.0 * (deepest - walk.tip.depth)), 1e-9);
+  }
+}
+
 TEST(DraggedTissue, PassiveFormReceivesNoMoreThanTheContactEnergy) {
   // a contact of energy U and force F on a spring k_t: F^2 / 2 k_t <= U
   for (const double energy : {1e-5, 1e-4, 1e-3})

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Random stacks of layers with known values, in the engine's own law: dragged tissue behind a saturating contact."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -51,7 +51,8 @@ class Stack:
         mean = ruptures.mean(axis=0)
         found = {"contact_depth": 0.0, "withdrawal_ratio": self.ratio}
         if self.relaxation:
-            found |= {"relaxation_share_1": self.relaxation[0], "relaxation_share_2": self.relaxation[2]}
+            names = ("relaxation_share_1", "relaxation_time_1", "relaxation_share_2", "relaxation_time_2")
+            found |= dict(zip(names, self.relaxation))
         for k, top in enumerate(self.tops):
             layer = f"layer_{k + 1}_" if k else ""
             found |= {f"{layer}top": top} if k else {}
@@ -68,6 +69,36 @@ class Stack:
             }
             found |= {layer + name: float(value) for name, value in own.items()}
         return found
+
+
+def wide(seed, layers):
+    """A random stack in wider ranges than the search was made with: springs of 100 to 700 N/m, coefficients over a
+    decade, ruptures over 0.08 to 1.2 mm, 2 to 8 mm below the top of their layer, holds of 2, 4 or 8 s."""
+    random, other = np.random.default_rng([seed, 99]), stack(seed, layers)
+
+    def between(low, high):
+        return np.exp(random.uniform(np.log(low), np.log(high), layers))
+
+    indentations = random.uniform(2e-3, 8e-3, layers)
+    gaps = indentations[:-1] + random.uniform(-0.8e-3, 3.5e-3, layers - 1)
+    tops, springs = np.concatenate([[0.0], np.cumsum(gaps)]), between(100.0, 700.0)
+    return replace(
+        other,
+        tops=tops,
+        indentations=indentations,
+        springs=springs,
+        frictions=np.minimum(between(20.0, 250.0) / np.sqrt(layers), 0.6 * springs / max(other.ratio, 1.0)),
+        coefficients=between(8e3, 8e4),
+        saturations=between(1.5e-3, 1.2e-2),
+        lengths=between(0.08e-3, 1.2e-3),
+        surfaces=random.uniform(0.2e-3, 3e-3, layers),
+        motion=nf.Motion.insert(
+            start=-3e-3,
+            speed=float(random.choice([1e-3, 2e-3, 3e-3])),
+            depth=tops[-1] + indentations[-1] + random.uniform(2e-3, 6e-3),
+            hold=float(random.choice([2.0, 4.0, 8.0])),
+        ),
+    )
 
 
 def stack(seed, layers):

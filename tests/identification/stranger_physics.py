@@ -265,12 +265,13 @@ class Process:
         return total + tip
 
     def rupture_times(self, layer):
-        """Times [s] at which the rupture of a layer starts and ends in this motion; None if it never starts."""
+        """Times [s] at which the rupture of a layer starts and ends in this motion, at its deepest point at the latest;
+        None if it never starts."""
         start = layer.top + layer.rupture[0]
         if self.deepest[0] >= start or self.deepest[-1] <= start:
             return None
         reached = [np.searchsorted(self.deepest, d, side="right") for d in (start, start + layer.rupture[1])]
-        times = [self.motion.time[min(k, FINE - 1)] for k in reached]
+        times = [self.motion.time[min(k, int(np.argmax(self.motion.depth)))] for k in reached]
         return times[0] - (self.motion.time[1]), times[1]
 
 

@@ -22,7 +22,7 @@ class Rupture:
     end: float
     force: float  # just before
     peak: float  # the largest in the rupture
-    drop: float
+    drop: float  # as far as the sensor shows it
     detectable: bool = True
 
 
@@ -201,7 +201,8 @@ def true_ruptures(processes, s, rate, noise):
             t = np.linspace(*times, 200)
             force = p.force(t)
             top = int(np.argmax(force))
-            drop = float(force[top] - force[top:].min())
+            shown = np.minimum(force, s["limit"] * s["puncture_force"] if s["limit"] else np.inf)
+            drop = float(shown[top] - shown[top:].min())
             speed = max(np.interp(times[0], p.motion.time, np.abs(np.gradient(p.motion.depth, p.motion.time))), 1e-5)
             around = max(min(0.1e-3 / speed * rate / s["filter"] * (1 - s["memory"]) / (1 + s["memory"]), 20), 1.0)
             error = noise * np.sqrt(2 / around) + layer.cutting * 2 * s["oscillation"][0] / 8

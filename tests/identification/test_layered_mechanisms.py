@@ -2,14 +2,25 @@
 """What a layered fit finds in simulated stacks: relaxation times, friction by direction, saturation or none, no
 rise of the force at a rupture."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from known_stacks import repeats as stacked
+from known_stacks import stack
 
 import needleforce as nf
 from needleforce import core
-from needleforce.identification.layered.binned_cycle import COARSE, BinnedCycle, binned_cycles, relaxation_times
-from needleforce.identification.layered.parameters import MM, LayerRow
-from needleforce.identification.layered.search import grow
+from needleforce.identification.layered.binned_cycle import (
+    COARSE,
+    BinnedCycle,
+    RecordedPuncture,
+    binned_cycles,
+    relaxation_times,
+)
+from needleforce.identification.layered.parameters import FRICTION_RATIO, MM, PER_LAYER, TOP, LayerRow
+from needleforce.identification.layered.search import best, grow, made_passive
+from needleforce.identification.layered.starts import punctures_of_layers
 from needleforce.identification.one_layer.segmented_recording import segmented
 from needleforce.models.model import Layer, Model
 
@@ -91,6 +102,39 @@ def hold_cycle(level, short, long, times):
 def test_the_times_are_those_of_the_decay_at_rest(times):
     cycles = (hold_cycle(1.0, 0.5, 0.5, times), hold_cycle(0.4, 0.3, 0.2, times))
     assert relaxation_times(cycles) == pytest.approx(times, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    "shown, expected",
+    [
+        (((7.0, 12.0), (7.4,), (6.9, 12.4)), ((7.0, 12.0), (7.4, 12.2), (6.9, 12.4))),  # one repeat lacks a rupture
+        (((7.0, 7.8), (7.1, 7.9), (6.9, 7.7)), ((7.0, 7.8), (7.1, 7.9), (6.9, 7.7))),  # near, but two in each repeat
+        (((7.0, 12.0), (8.1, 13.2), (7.6, 12.6)), ((7.0, 12.0), (8.1, 13.2), (7.6, 12.6))),  # a wide scatter
+    ],
+)
+def test_ruptures_of_different_repeats_are_one_where_they_are_near(shown, expected):
+    cycles = tuple(
+        replace(
+            hold_cycle(1.0, 0.5, 0.5, (0.3, 3.0)),
+            punctures=tuple(RecordedPuncture(MM * depth, MM * (depth + 0.3), 0.2) for depth in own),
+        )
+        for own in shown
+    )
+    (found,) = punctures_of_layers(cycles, 2)
+    np.testing.assert_allclose(found, expected)
+
+
+@pytest.mark.parametrize("place, move", [(FRICTION_RATIO, -1.5), (TOP, 2.0)])
+def test_the_search_leaves_a_shallow_minimum(place, move):
+    """With the friction or the top of the lower layer elsewhere a descent, with its scans, ends above the noise."""
+    runs, _ = stacked(stack(1001, 2), 1001)
+    pairs = [(each.recording, each.events) for each in map(segmented, runs)]
+    fitted = grow(binned_cycles(pairs, COARSE["as_fitted"]), 2)
+    found = list(made_passive(fitted, 2, cycles=binned_cycles(pairs, COARSE["passive"])))[-1]
+    x = found.x.copy()
+    x[PER_LAYER + place] += move
+    assert found.problem.settled(x, 100)[1] > 2.0 * found.cost
+    assert best(found.problem, [x]).cost < 1.01 * found.cost
 
 
 def largest_rise(solved):

@@ -12,7 +12,7 @@ import needleforce as nf
 from needleforce import fe
 from needleforce.identification.layered.binned_cycle import COARSE, FINE, binned_cycles
 from needleforce.identification.layered.known_stiffness import known_stiffnesses, with_known
-from needleforce.identification.layered.search import Solved, grow, refined
+from needleforce.identification.layered.search import Solved, again, grow
 from needleforce.identification.layered.uncertainty import uncertainty_of
 from needleforce.identification.statistics.noise import TWO_SIDED
 
@@ -79,7 +79,8 @@ def searched(runs):
     """One layer without what is known beforehand."""
     pairs = [(run, nf.segment(run)) for run in runs]
     coarse, fine = (binned_cycles(pairs, each) for each in (COARSE["as_fitted"], FINE))
-    return refined(next(grow(coarse, 1)), fine)
+    found = next(grow(coarse, 1))
+    return again(found, found.x, cycles=fine)
 
 
 def spring_of(solved):

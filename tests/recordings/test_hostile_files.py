@@ -22,10 +22,10 @@ def hostile(root):
     sys.path.insert(0, str(root / "benchmarks"))
     try:
         import hostile_changes
-        import hostile_content
         import hostile_files
+        import log_files
 
-        yield hostile_files, hostile_content, hostile_changes
+        yield hostile_files, log_files, hostile_changes
     finally:
         sys.path.remove(str(root / "benchmarks"))
 
@@ -261,12 +261,12 @@ def test_a_pipe_that_takes_the_name_after_the_check_is_refused(tmp_path, monkeyp
 
 def test_a_bag_with_computed_messages_or_a_device_is_refused(hostile, tmp_path):
     pytest.importorskip("rosbags")
-    content = hostile[1]
+    logs = hostile[1]
     (tmp_path / "a").mkdir(), (tmp_path / "b").mkdir(), (tmp_path / "c").mkdir()
-    assert len(nf.read(content.bag(tmp_path / "a", "sqlite3", content.database()))) == content.ROWS
+    assert len(nf.read(logs.bag(tmp_path / "a", "sqlite3", logs.database()))) == logs.ROWS
     with pytest.raises(nf.InputError, match="not a plain table"):
-        nf.read(content.bag(tmp_path / "b", "sqlite3", content.database(views=True)))
-    bag = content.bag(tmp_path / "c", "sqlite3", content.database())
+        nf.read(logs.bag(tmp_path / "b", "sqlite3", logs.database(views=True)))
+    bag = logs.bag(tmp_path / "c", "sqlite3", logs.database())
     (bag / "bag.db3").unlink()
     (bag / "bag.db3").symlink_to("/dev/zero")
     with pytest.raises(nf.InputError, match="a device"):
@@ -276,16 +276,16 @@ def test_a_bag_with_computed_messages_or_a_device_is_refused(hostile, tmp_path):
 def test_a_bag_without_index_is_refused_with_what_makes_one(hostile, tmp_path):
     """And a single mcap file of it is read, with or without its own index at the end."""
     pytest.importorskip("rosbags")
-    content = hostile[1]
+    logs = hostile[1]
     (tmp_path / "a").mkdir(), (tmp_path / "b").mkdir()
-    bag = content.bag(tmp_path / "a", "sqlite3", content.database())
+    bag = logs.bag(tmp_path / "a", "sqlite3", logs.database())
     (bag / "metadata.yaml").unlink()
     with pytest.raises(nf.InputError, match=r"ROS 2 bag is without an index, .*ros2 bag reindex .*bag"):
         nf.read(bag)
     with pytest.raises(nf.InputError, match=r"a database.*name the bag's folder; .*ros2 bag reindex"):
         nf.read(bag / "bag.db3")
-    data = content.mcap(0)
-    bag = content.bag(tmp_path / "b", "mcap", data)
+    data = logs.mcap(0)
+    bag = logs.bag(tmp_path / "b", "mcap", data)
     whole = nf.read(bag)
     (bag / "metadata.yaml").unlink()
     with pytest.raises(nf.InputError, match=r"without an index.*or name an mcap file in it"):

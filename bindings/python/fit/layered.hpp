@@ -80,15 +80,23 @@ struct LayerStep {
   double left[2], during[2];  ///< of `Relaxing`
 };
 
+/// Gives steps the relaxation with other time constants.
+inline void relax_steps(const RelaxationNumbers& times, std::span<LayerStep> steps) noexcept {
+  const laws::PronyAtRest::Prepared series{{0.25, 0.25}, {times.time_1, times.time_2}};
+  Relaxing relaxing{};
+  double last = -1.0;
+  for (LayerStep& step : steps) {
+    if (step.dt != last) relaxing = series.over(last = step.dt);
+    for (int j = 0; j < 2; ++j) step.left[j] = relaxing.left[j], step.during[j] = relaxing.during[j];
+  }
+}
+
 /// The steps of a motion at `depth` [m] after steps of `dt` [s], classified as `Insertion` does.
 inline void prepare_steps(std::span<const double> depth, std::span<const double> dt,
                           const RelaxationNumbers& times, LayerStep* steps) noexcept {
   constexpr double speed_at_rest = 1e-4, noise_of_depth = 3e-5;  // of `Insertion`
-  const laws::PronyAtRest::Prepared series{{0.25, 0.25}, {times.time_1, times.time_2}};
   double deepest = -std::numeric_limits<double>::infinity();
-  Relaxing relaxing{};
   for (std::size_t i = 0; i < depth.size(); ++i) {
-    if (i == 0 || dt[i] != dt[i - 1]) relaxing = series.over(dt[i]);
     const double travel = i == 0 ? 0.0 : depth[i] - depth[i - 1];
     deepest = std::max(deepest, depth[i]);
     const bool withdrawing = depth[i] < deepest - noise_of_depth;
@@ -99,9 +107,10 @@ inline void prepare_steps(std::span<const double> depth, std::span<const double>
                 deepest,
                 !withdrawing && travel > speed_at_rest * dt[i],
                 withdrawing,
-                {relaxing.left[0], relaxing.left[1]},
-                {relaxing.during[0], relaxing.during[1]}};
+                {},
+                {}};
   }
+  relax_steps(times, {steps, depth.size()});
 }
 
 /// The laws of a layer by form, as `laws_of`.

@@ -16,8 +16,8 @@
 namespace needleforce::fit {
 
 /// Places of a layer's values in the vector x; behind all layers the logits of the relaxing share and of its
-/// short part, the exponent of the speed, the logarithm of the friction outwards over that inwards, and the
-/// punctures [mm] run by run.
+/// short part, the exponent of the speed, the logarithm of the friction outwards over that inwards, those of
+/// the time constants of relaxation over the ones of the settings, and the punctures [mm] run by run.
 enum LayerPlace : std::size_t {
   coefficient_x,
   saturation_x,
@@ -70,10 +70,11 @@ class LayeredProblem {
   std::size_t layers() const noexcept { return settings_.layers; }
   std::size_t runs() const noexcept { return runs_.size(); }
   const LayeredRun& run(std::size_t r) const noexcept { return runs_[r]; }
-  std::size_t shared() const noexcept { return withdrawal() + 1; }
+  std::size_t shared() const noexcept { return times() + 2; }
   std::size_t relaxing() const noexcept { return per_layer * layers(); }
   std::size_t speed() const noexcept { return per_layer * layers() + 2; }
   std::size_t withdrawal() const noexcept { return per_layer * layers() + 3; }
+  std::size_t times() const noexcept { return withdrawal() + 1; }
   std::size_t size() const noexcept { return shared() + layers() * runs(); }
   std::size_t puncture(std::size_t r, std::size_t layer) const noexcept {
     return shared() + r * layers() + layer;
@@ -102,20 +103,29 @@ class LayeredProblem {
   }
   RelaxationNumbers relaxation(const double* x) const noexcept {
     const double share = logistic(x[relaxing()]), part = logistic(x[relaxing() + 1]);
-    return {share * part, settings_.time_1, share * (1.0 - part), settings_.time_2};
+    return {share * part, settings_.time_1 * std::exp(x[times()]), share * (1.0 - part),
+            settings_.time_2 * std::exp(x[times() + 1])};
   }
   double factor(const double* x, std::size_t r) const noexcept {
     return runs_[r].log_speed == 0.0 ? 1.0 : std::exp(runs_[r].log_speed * x[speed()]);
   }
 
-  /// Force (n,) [N] of one layer along a run with a puncture [mm], from what is `pressed` already on.
-  void force_of_layer(const double* x, std::size_t r, std::size_t layer, double puncture,
-                      PressedLayer& pressed, double* force) const {
-    const LayeredRun& run = runs_[r];
+  /// The steps of a run with the time constants of x; `own` holds them where they are not those of the settings.
+  std::span<const LayerStep> steps_of(const double* x, std::size_t r, std::vector<LayerStep>& own) const {
+    if (x[times()] == 0.0 && x[times() + 1] == 0.0) return runs_[r].steps;
+    own = runs_[r].steps;
+    relax_steps(relaxation(x), own);
+    return own;
+  }
+
+  /// Force (n,) [N] of one layer along the steps of a run with a puncture [mm], from what is `pressed` already
+  /// on.
+  void force_of_layer(const double* x, std::size_t r, std::span<const LayerStep> steps, std::size_t layer,
+                      double puncture, PressedLayer& pressed, double* force) const {
     const std::size_t first = pressed.steps;
-    layer_force(numbers(x, layer, puncture), relaxation(x), settings_.form, run.steps, pressed, force);
+    layer_force(numbers(x, layer, puncture), relaxation(x), settings_.form, steps, pressed, force);
     if (const double scale = factor(x, r); scale != 1.0)
-      for (std::size_t i = first; i < run.size(); ++i) force[i] *= scale;
+      for (std::size_t i = first; i < steps.size(); ++i) force[i] *= scale;
   }
 
   /// The layers' forces of every run, what their punctures began from, the weighted residuals, and half the
@@ -152,14 +162,16 @@ class LayeredProblem {
 
   Evaluation evaluate(const X& x) const {
     Evaluation found;
+    std::vector<LayerStep> own;
     found.forces.resize(runs());
     found.residuals.resize(runs());
     found.pressed.assign(runs(), std::vector<PressedLayer>(layers()));
     for (std::size_t r = 0; r < runs(); ++r) {
       const std::size_t n = runs_[r].size();
+      const std::span<const LayerStep> steps = steps_of(x.data(), r, own);
       found.forces[r].resize(layers() * n);
       for (std::size_t layer = 0; layer < layers(); ++layer)
-        force_of_layer(x.data(), r, layer, x[puncture(r, layer)], found.pressed[r][layer],
+        force_of_layer(x.data(), r, steps, layer, x[puncture(r, layer)], found.pressed[r][layer],
                        found.forces[r].data() + layer * n);
       residuals(r, found.forces[r], found.residuals[r]);
       found.cost += 0.5 * squares(r, found.residuals[r].data());
@@ -195,12 +207,16 @@ class LayeredProblem {
     const std::size_t n = run.size();
     columns.assign(at.size() * n, 0.0);
     std::vector<double> force(n);
+    std::vector<LayerStep> own, other;
+    const std::span<const LayerStep> same = steps_of(x.data(), r, own);
     X moved = x;
     for (std::size_t c = 0; c < at.size(); ++c) {
       double* column = columns.data() + c * n;
       const std::size_t k = at[c];
       const double step = step_of(k);
       moved[k] = x[k] + step;
+      const bool retimed = k >= times() && k < shared();
+      const std::span<const LayerStep> steps = retimed ? steps_of(moved.data(), r, other) : same;
       for (std::size_t layer = 0; layer < layers(); ++layer) {
         const double* base = now.forces[r].data() + layer * n;
         if (k == speed()) {
@@ -208,7 +224,7 @@ class LayeredProblem {
         } else if (affects(k, layer)) {
           PressedLayer pressed = presses(k) ? PressedLayer{} : now.pressed[r][layer];
           const std::size_t first = pressed.steps;
-          force_of_layer(moved.data(), r, layer, moved[puncture(r, layer)], pressed, force.data());
+          force_of_layer(moved.data(), r, steps, layer, moved[puncture(r, layer)], pressed, force.data());
           for (std::size_t i = first; i < n; ++i) column[i] += force[i] - base[i];
         }
       }
@@ -243,14 +259,16 @@ class LayeredProblem {
                                           std::span<const double> depths) const {
     const std::size_t n = runs_[r].size();
     std::vector<double> forces(layers() * n), residual, found;
+    std::vector<LayerStep> own;
+    const std::span<const LayerStep> steps = steps_of(x.data(), r, own);
     PressedLayer pressed;
     for (std::size_t k = 0; k < layers(); ++k, pressed = {})
-      force_of_layer(x.data(), r, k, x[puncture(r, k)], pressed, forces.data() + k * n);
+      force_of_layer(x.data(), r, steps, k, x[puncture(r, k)], pressed, forces.data() + k * n);
     double shallower = depths.empty() ? 0.0 : depths.front();
     for (const double depth : depths) {
       if (depth < shallower) pressed = {};
       shallower = depth;
-      force_of_layer(x.data(), r, layer, depth, pressed, forces.data() + layer * n);
+      force_of_layer(x.data(), r, steps, layer, depth, pressed, forces.data() + layer * n);
       residuals(r, forces, residual);
       found.push_back(squares(r, residual.data()));
     }
@@ -260,10 +278,11 @@ class LayeredProblem {
   double squares_of_layer(const X& x, std::size_t layer, const Evaluation& now) const {
     double sum = 0.0;
     std::vector<double> residual;
+    std::vector<LayerStep> own;
     for (std::size_t r = 0; r < runs(); ++r) {
       std::vector<double> forces = now.forces[r];
       PressedLayer pressed = now.pressed[r][layer];
-      force_of_layer(x.data(), r, layer, x[puncture(r, layer)], pressed,
+      force_of_layer(x.data(), r, steps_of(x.data(), r, own), layer, x[puncture(r, layer)], pressed,
                      forces.data() + layer * runs_[r].size());
       residuals(r, forces, residual);
       sum += squares(r, residual.data());
@@ -297,7 +316,7 @@ class LayeredProblem {
   /// Whether a layer depends on a value up to its puncture.
   bool presses(std::size_t k) const noexcept {
     const std::size_t place = k % per_layer;
-    return k < relaxing() ? place <= top_x : k < speed();
+    return k < relaxing() ? place <= top_x : k < speed() || (k >= times() && k < shared());
   }
   bool affects(std::size_t k, std::size_t layer) const noexcept {
     if (k < relaxing()) return k / per_layer == layer;

@@ -32,8 +32,8 @@ struct DraggedTissueMemory {
 ///
 ///     u = F_e / k_t    l = z - z_r - u    -rho f' l <= F <= f' l + (F_p - f' l)+ exp(-(z_max - z_1) / delta)
 ///
-/// rho is the friction outwards over that inwards. The rupture is gradual, and when the embedded length l
-/// reaches zero on withdrawal the layer releases at once. `z_r` is the resting surface, a dimple that stays.
+/// rho is the friction outwards over that inwards. The rupture is gradual, and a layer that no longer pushes is
+/// released when its embedded length l is zero on withdrawal. `z_r` is the resting surface, a dimple that stays.
 /// Passive: the spring takes over no more energy than the contact held, which does not hold for a force taken
 /// over unchanged (as fitted to recordings).
 template <bool passive>
@@ -88,7 +88,9 @@ struct DraggedTissue {
       if (!extent.pierced) return;
       // down to the tip, through all layers: layers of dragged tissue add up
       shaft.embedded = embedded_length(move.depth, shaft.surface);
-      if (shaft.embedded == 0.0 && move.withdrawing) return memory.release();
+      // what still pushes the tip unloads first, as the force would jump; above the layer nothing pushes
+      if (shaft.embedded == 0.0 && move.withdrawing && (memory.force <= 0.0 || move.depth <= extent.top))
+        return memory.release();
       const double grip = per_length * shaft.embedded;
       const double above = std::max(0.0, memory.peak - grip);
       const double torn = above > 0.0 ? std::exp(-(move.deepest - extent.puncture) * per_rupture) : 0.0;

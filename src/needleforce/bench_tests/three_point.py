@@ -19,6 +19,7 @@ from .bending import MIN_READINGS, BendingFit, small_deflection_note
 from .elastica import three_point_load
 from .stress_fit import inflation_of
 
+_NOT_JUDGED = Departure(ratio=0.0, limit=math.inf)
 MAX_EDGES = 41  # places at which a part may begin and end
 MIN_PART_READINGS = 8
 MIN_RISE = 0.1  # of the range of the readings: a smaller part may be a step or a slip
@@ -43,7 +44,7 @@ class StraightPart:
     last: int
     slope: float
     error: float
-    departure: Departure
+    departure: Departure = _NOT_JUDGED
     near: tuple[float, ...] = ()
 
     @property
@@ -122,7 +123,7 @@ def _straightened(share: np.ndarray) -> np.ndarray:
 def _elastic_part(x: np.ndarray, y: np.ndarray) -> tuple[StraightPart, float]:
     """The elastic part and its slack over the span. Raises InputError without a force that grows."""
     scale, slack = x, 0.0
-    part = StraightPart(first=0, last=len(x), slope=0.0, error=0.0, departure=Departure(ratio=0.0, limit=math.inf))
+    part = StraightPart(first=0, last=len(x), slope=0.0, error=0.0)
     for _ in range(PASSES):
         if len(y) >= MIN_SEARCHED:
             part = straight_part(scale, y, _noise(x, y, part.slope))
@@ -214,19 +215,17 @@ def straight_part(x: np.ndarray, y: np.ndarray, noise: CurveNoise) -> StraightPa
     furthest, unless a shorter one is steeper by four standard errors: toe and yielding are less steep than the part
     between them (ASTM D790, toe compensation). Without such a part it is all readings.
     """
-    straight = [each for each in _parts(x, y, noise) if not each.departure.found]
     best: StraightPart | None = None
-    while straight:
-        best = max(straight, key=lambda each: each.slope * float(x[each.last - 1] - x[each.first]))
-        limits = [best.slope + STEEPER_SIGMA * float(np.hypot(best.error, each.error)) for each in straight]
-        straight = [each for each, limit in zip(straight, limits, strict=True) if each.slope > limit]
+    for each in sorted(_parts(x, y, noise), key=lambda each: _rise(x, each), reverse=True):
+        if best is None or each.slope > best.slope + STEEPER_SIGMA * float(np.hypot(best.error, each.error)):
+            best = best if departure(x[each.used], y[each.used], noise).found else each
     if best is None:
-        return _part(x, y, noise, 0, len(x))
+        return _judged(x, y, noise, _part(x, y, noise, 0, len(x)))
     size = best.last - best.first
     first = best.first + int(TRIM * size) * (best.first > 0)
     last = best.last - int(TRIM * size) * (best.last < len(x))
     part = _part(x, y, noise, first, last) if last - first >= MIN_PART_READINGS else best
-    return replace(part, near=tuple(_near(x, y, best)))
+    return replace(_judged(x, y, noise, part), near=tuple(_near(x, y, best)))
 
 
 def _near(x: np.ndarray, y: np.ndarray, part: StraightPart) -> Iterator[float]:
@@ -246,8 +245,12 @@ def _parts(x: np.ndarray, y: np.ndarray, noise: CurveNoise) -> Iterator[Straight
         for last in edges[k + 1 :]:
             if last - first >= MIN_PART_READINGS:
                 part = _part(x, y, noise, int(first), int(last))
-                if part.slope * float(x[last - 1] - x[first]) > smallest:
+                if _rise(x, part) > smallest:
                     yield part
+
+
+def _rise(x: np.ndarray, part: StraightPart) -> float:
+    return part.slope * float(x[part.last - 1] - x[part.first])
 
 
 def _edges(x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -268,5 +271,8 @@ def _part(x: np.ndarray, y: np.ndarray, noise: CurveNoise, first: int, last: int
         last=last,
         slope=float(from_mean @ values) / squares,
         error=(long_run(noise, last - first) / squares) ** 0.5,
-        departure=departure(place, values, noise),
     )
+
+
+def _judged(x: np.ndarray, y: np.ndarray, noise: CurveNoise, part: StraightPart) -> StraightPart:
+    return replace(part, departure=departure(x[part.used], y[part.used], noise))

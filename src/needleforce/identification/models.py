@@ -240,23 +240,24 @@ def implied_friction_coefficients(friction_per_length: float, needle: Needle, ti
 
 def with_ruptures(model: Model, depths: Sequence[float] | np.ndarray) -> Model:
     """The model whose layers, from the surface down, rupture at ``depths`` [m] below the undeformed surface."""
-    first, *others = (
-        core.laws.PunctureDepth(max(float(depth) - layer.top, 0.0)) for depth, layer in zip(depths, model.layers)
-    )
-    deeper = [dataclasses.replace(layer, puncture=law) for layer, law in zip(model.deeper, others)]
-    return dataclasses.replace(model, puncture=first, deeper=tuple(deeper))
+    for k, (depth, layer) in enumerate(zip(depths, model.layers)):
+        model = _with_law(model, k, puncture=core.laws.PunctureDepth(max(float(depth) - layer.top, 0.0)))
+    return model
 
 
 def with_stiffer_contact(model: Model, layer: int, times: float) -> Model:
     """The model with a contact in one of its layers whose force is so many times as large."""
     law = model.layers[layer].stiffness
     forces = [row["name"] for row in law.table() if row["unit"].startswith(("N", "Pa"))]
-    law = law.replace(**{name: times * getattr(law, name) for name in forces})
+    return _with_law(model, layer, stiffness=law.replace(**{name: times * getattr(law, name) for name in forces}))
+
+
+def _with_law(model: Model, layer: int, **law: Any) -> Model:
+    """The model with another law in one of its layers."""
     if layer == 0:
-        return dataclasses.replace(model, stiffness=law)
-    deeper = list(model.deeper)
-    deeper[layer - 1] = dataclasses.replace(deeper[layer - 1], stiffness=law)
-    return dataclasses.replace(model, deeper=tuple(deeper))
+        return dataclasses.replace(model, **law)
+    changed = dataclasses.replace(model.deeper[layer - 1], **law)
+    return dataclasses.replace(model, deeper=(*model.deeper[: layer - 1], changed, *model.deeper[layer:]))
 
 
 def run_model(

@@ -32,6 +32,8 @@ UNITS = OF_LAWS | {
     "tissue_stiffness": "N/m",
     "relaxation_share_1": "1",
     "relaxation_share_2": "1",
+    "relaxation_time_1": "s",
+    "relaxation_time_2": "s",
     "speed_exponent": "1",
     # moduli and what follows from them
     "young_modulus": "Pa",

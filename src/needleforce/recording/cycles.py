@@ -11,6 +11,7 @@ import numpy as np
 from .. import core
 from ..errors import InputError
 from .joining import RETURNED
+from .parts import listed
 from .recording import COLUMNS, Note, Recording
 
 MIN_CYCLES = 3  # two strokes are a test with a second pass, which is one recording
@@ -22,7 +23,6 @@ _FOURTH_DIFFERENCE = 70**0.5  # sd of a fourth difference of values with sd 1
 _DRIVEN = 2.0 / 3.0  # of the travel: what else moves the depth, travels at most half as far as the strokes
 _MIN_SAMPLES = 12  # of a recording with cycles: two for each of six strokes
 _MIN_SHARE = 1e-6  # of the travel: smaller motions are not searched
-_MAX_LISTED = 12  # names in a message
 
 Turns = tuple[int, int, int]
 """Numbers of the samples at the low, the high and the next low of a cycle."""
@@ -235,8 +235,6 @@ def fitting(spans: Sequence[CycleSpan], pattern: str, place: str) -> list[CycleS
     found = [each for each in spans if fnmatchcase(each.name.casefold(), " ".join(pattern.casefold().split()))]
     if found:
         return found
-    names = ", ".join(repr(each.name) for each in spans[:_MAX_LISTED])
-    more = f" and {len(spans) - _MAX_LISTED} more" if len(spans) > _MAX_LISTED else ""
-    limit = f"the recording has {names}{more}" if spans else "no cycles are found in the motion or in a column"
+    limit = f"the recording has {listed(spans)}" if spans else "no cycles are found in the motion or in a column"
     step = "Give one of these names." if spans else "Leave it out to read the whole recording."
     raise InputError("part", repr(pattern[:60]), limit, place, step)

@@ -71,11 +71,11 @@ def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
     if noise > _MAX_NOISE_SHARE * size:
         return 0.0, f"the noise at the start is more than {100 * _MAX_NOISE_SHARE:g} % of the force's range"
     later = moved[:end] > 0.5 * reach
-    change = _mean(lead[later]) - _mean(lead[~later]) if later.any() and not later.all() else 0.0
+    change = float(lead[later].mean() - lead[~later].mean()) if later.any() and not later.all() else 0.0
     error = _standard_error(lead - change * later)
     halves = (lead[~later], lead[later]) if change else (lead,)
     of_change = math.hypot(*(_standard_error(_without_trend(half)) for half in halves))
-    mean = _mean(lead)
+    mean = float(lead.mean())
     if abs(change) > max(min(_MAX_CHANGE_SHARE * size, abs(mean)), _SIGNIFICANCE_SIGMA * of_change):
         return 0.0, "the force changes as soon as the needle moves, as in contact"
     if abs(mean) <= max(_SIGNIFICANCE_SIGMA * error, noise, 1e-9 * size):
@@ -103,10 +103,6 @@ def _without_trend(values: np.ndarray) -> np.ndarray:
     place = np.linspace(-1.0, 1.0, len(values))
     slope = float(place @ (values - values.mean())) / float(place @ place)
     return values - slope * place
-
-
-def _mean(values: np.ndarray) -> float:
-    return float(values.mean())
 
 
 def remove_bias(stream: Stream, already_noted: bool) -> None:
@@ -138,7 +134,7 @@ def glitches(force: np.ndarray) -> np.ndarray:
     if not isolated.any() or not len(others):
         return np.empty(0, int)
     size = float(np.ptp(others))
-    threshold = np.full(len(force), max(_SPIKE_RANGE_SHARE * size, _SPIKE_NOISE_FACTOR * _quantum(others)))
+    threshold = np.full(len(force), max(_SPIKE_RANGE_SHARE * size, _SPIKE_NOISE_FACTOR * quantum_of(others)))
     threshold[[0, -1]] = _END_SPIKE_RANGE_FACTOR * size if noise > 0.0 else np.inf
     found = np.flatnonzero(isolated & (height > threshold))
     return found if len(found) <= _MAX_GLITCH_SHARE * len(force) else np.empty(0, int)
@@ -163,13 +159,6 @@ def _min_range(force: np.ndarray) -> float:
     """A lower bound on the range of the samples without spikes: of two neighbours at most one is a spike."""
     lower, upper = np.minimum(force[1:], force[:-1]), np.maximum(force[1:], force[:-1])
     return float(lower.max() - upper.min())
-
-
-def _quantum(values: np.ndarray) -> float:
-    """The smallest step of (n,) values, 0 if they are constant: the last digit of a coarse sensor is not a spike."""
-    steps = np.abs(np.diff(values))
-    steps = steps[steps > 0.0]
-    return float(steps.min()) if len(steps) else 0.0
 
 
 def outliers(force: np.ndarray, quantum: float | None = None) -> np.ndarray:

@@ -86,6 +86,12 @@ def _range(table: Table, index: int) -> dict[str, Any]:
     return ends | {"smallest": float(values.min()), "largest": float(values.max()), "count": len(values)}
 
 
+def _shown(title: str, columns: Sequence[ColumnLook]) -> tuple[str, tuple[str, ...], list[tuple[str, ...]]]:
+    """Title, headers and rows of a table of columns."""
+    headers = ("column", "header", "unit", "read as", "first", "last", "smallest", "largest")
+    return title, headers, [each.cells(k) for k, each in enumerate(columns, 1)]
+
+
 @dataclass(frozen=True, kw_only=True)
 class MotionLook:
     """The motion of a recording in another table.
@@ -110,9 +116,7 @@ class MotionLook:
     def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
         """What is shown: title, headers and rows of each table."""
         facts = [("file", self.path), *([("table", self.part)] if self.part else []), *self.clocks]
-        headers = ("column", "header", "unit", "read as", "first", "last", "smallest", "largest")
-        rows = [each.cells(k) for k, each in enumerate(self.columns, 1)]
-        return [("motion", ("quantity", "value"), facts), ("columns of the motion", headers, rows)]
+        return [("motion", ("quantity", "value"), facts), _shown("columns of the motion", self.columns)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,8 +178,7 @@ class Look:
         if self.cycles:
             made.append(("cycles in the recording", ("number", "name", "first sample", "last sample"), self._cycles()))
         if self.columns:
-            headers = ("column", "header", "unit", "read as", "first", "last", "smallest", "largest")
-            made.append(("columns", headers, [each.cells(k) for k, each in enumerate(self.columns, 1)]))
+            made.append(_shown("columns", self.columns))
         return made + (self.motion.tables() if self.motion else [])
 
     def _cycles(self) -> list[tuple[str, ...]]:

@@ -270,7 +270,7 @@ def fitting_parts(names: Sequence[str], pattern: str, place: str) -> list[int]:
     return found
 
 
-def listed(parts: Sequence[Part]) -> str:
-    """The names of the first parts as a message shows them."""
+def listed(parts: Sequence[Any]) -> str:
+    """The names of the first parts, or cycles, as a message shows them."""
     names = ", ".join(repr(part.name) for part in parts[:_MAX_LISTED])
     return names + (f" and {len(parts) - _MAX_LISTED} more" if len(parts) > _MAX_LISTED else "")

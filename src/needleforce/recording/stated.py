@@ -98,16 +98,11 @@ def stated_by(table: Table) -> Stated:
     levels.append(_once(text for _, text in table.comments))
     decimal = table.decimal
     rate, speed, units = None, None, {}
-    for lines in (_single_statements(level) for level in levels):
+    for lines in ([each for line in level for each in _BETWEEN.split(line)] for level in levels):
         rate = rate or _agreeing(filter(None, (_rate(line, decimal) for line in lines)))
         speed = speed or _agreeing(filter(None, (_speed(line, decimal) for line in lines)))
         units = _units(lines) | units
     return Stated(rate=rate, speed=speed, units=units)
-
-
-def _single_statements(lines: Iterable[str]) -> list[str]:
-    """The lines, those with several quoted statements as one for each."""
-    return [each for line in lines for each in _BETWEEN.split(line)]
 
 
 def stating_lines(lines: Iterable[str]) -> tuple[str, ...]:
@@ -162,7 +157,8 @@ def _words(name: str) -> tuple[list[str], str]:
     last = parts[-1].strip(_EDGES) if parts else ""
     bracketed = _BRACKETED.fullmatch(last)
     last, unit = (bracketed[1], bracketed[2]) if bracketed else (last, "")
-    if unit and not _is_unit(unit):  # another word of the name: Sampling rate (max)
+    is_unit = _squeezed(unit) in _FREQUENCIES or any(find(unit, each) for each in DIMENSIONS)
+    if unit and not is_unit:  # another word of the name: Sampling rate (max)
         last, unit = f"{last} {unit}", ""
     last = re.split(r"\.(?=\S)", last.rstrip(". "))[-1].rsplit("/", 1)[-1]
     words = plain_name(re.sub(r"(?<=[a-z])(?=[A-Z])", "_", last)).split("_")
@@ -175,10 +171,6 @@ def _words(name: str) -> tuple[list[str], str]:
         ):
             return words[:-count], suffix
     return [word for word in words if word], unit
-
-
-def _is_unit(text: str) -> bool:
-    return _squeezed(text) in _FREQUENCIES or any(find(text, each) for each in DIMENSIONS)
 
 
 def _number(text: str, decimal: str) -> float | None:

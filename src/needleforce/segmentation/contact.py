@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import core
 from ..vocabulary import SMALLEST
-from .strokes import Blocks, Cycle, blocks, first_run, white_noise
+from .strokes import Blocks, Cycle, blocks, white_noise
 
 CROSSING_SIGMA = 5.0  # [sd of the noise] height of a crossing that is not noise
 SUSTAINED_SAMPLES = 10  # [samples] duration of a crossing
@@ -107,7 +107,7 @@ def _onset(z: np.ndarray, f: np.ndarray, size: int, crossing: float) -> Onset | 
     if peak - found.baseline < WEAK_FORCE_CROSSINGS * crossing * found.noise:
         return _iterated_onset(z, f, length, crossing, _free_blocks(f, 0.5 * (first + peak), length))
     after = f[found.high : found.high + int(np.argmax(f[found.high :])) + 1]
-    back = first_run(after <= found.baseline + found.noise, length)
+    back = core.first_run(-after, -found.baseline - found.noise, length)
     return found if back is None else _iterated_onset(z, f, length, crossing, clear) or found
 
 

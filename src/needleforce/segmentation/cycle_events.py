@@ -6,11 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import stdtrit
 
+from .. import core
 from .contact import MAX_DRIFT_SHARE, Onset, exit_depth, only_drift, onset, returned
 from .events import Event, Puncture
 from .fall_location import LocatedDrop, lasting_share, locate, rupture_share, unslowed_share
 from .punctures import FALSE_ALARMS, block_noise, drop_candidates
-from .strokes import Blocks, Cut, Cycle, at_cut, reversals
+from .strokes import Cut, Cycle, at_cut
 
 MIN_RUPTURE_TIME_S = 0.03  # [s] minimum duration of a rupture at any speed: needle and sensor oscillate
 MIN_RUPTURE_SAMPLES = 5  # minimum number of samples of a rupture
@@ -123,11 +124,12 @@ def _loaded_before(cut: Cut, depth: np.ndarray, free: int, allowed: DetectionLim
         return False
     if _has_a_hill(before.force, float(cut.blocks.force.max()), white):
         return True
-    return any(
-        _rises_until(before.force[: drop.candidate.first + 1], drop.drop)
-        and drop.candidate.first > MIN_RISE_RATIO * _blocks_of(drop, before)
-        for drop in _drops(replace(cut, blocks=before), depth, 0, float(before.force.min()), allowed)
-    )
+    for drop in _drops(replace(cut, blocks=before), depth, 0, float(before.force.min()), allowed):
+        rise, third = before.force[: drop.candidate.first + 1], max((drop.candidate.first + 1) // 3, 1)
+        longer = drop.candidate.first * before.size > MIN_RISE_RATIO * (drop.end - drop.peak)
+        if longer and float(rise[-third:].mean() - rise[:third].mean()) > drop.drop / 3.0:
+            return True
+    return False
 
 
 def _has_a_hill(force: np.ndarray, peak: float, white: float) -> bool:
@@ -139,17 +141,6 @@ def _has_a_hill(force: np.ndarray, peak: float, white: float) -> bool:
     high = rise > max(MIN_LOAD_SIGMA * white, MAX_DRIFT_SHARE * (peak - float(force[:2].mean())))
     low, high_fall = (share * rise for share in HILL_FALLS)
     return high and top >= MIN_RUPTURE_SAMPLES and max(MIN_LOAD_SIGMA * white, low) < fall < high_fall
-
-
-def _rises_until(force: np.ndarray, drop: float) -> bool:
-    """Whether the last third of (m,) blocks lies above the first third by a third of ``drop`` [N]."""
-    third = max(len(force) // 3, 1)
-    return float(force[-third:].mean() - force[:third].mean()) > drop / 3.0
-
-
-def _blocks_of(drop: LocatedDrop, stroke: Blocks) -> float:
-    """The duration of a fall in blocks."""
-    return (drop.end - drop.peak) / stroke.size
 
 
 def _from_the_start(cut: Cut) -> Onset:
@@ -211,7 +202,7 @@ def _oscillation(found: list[LocatedDrop], cut: Cut, noise: float) -> list[Locat
         return []
     first = int(np.searchsorted(cut.blocks.starts, found[0].end))
     force, depth = cut.blocks.force[first:], cut.blocks.depth[first:]
-    turns = reversals(force, max(0.5 * min(each.drop for each in later), MIN_WAVE_SIGMA * noise))
+    turns = core.reversals(force, max(0.5 * min(each.drop for each in later), MIN_WAVE_SIGMA * noise))
     sizes, at = np.abs(np.diff(force[turns])), depth[turns]
     usual = float(np.median(sizes)) if len(sizes) else 0.0
     similar = (sizes > usual / MAX_SIZE_RATIO) & (sizes < MAX_SIZE_RATIO * usual)

@@ -131,8 +131,8 @@ def lasting_share(drop: LocatedDrop, cut: Cut, depth: np.ndarray, window: int) -
     for k in cut.gaps[(cut.gaps > drop.peak) & (cut.gaps <= drop.end + window)].tolist():
         first, last, reach = int(cut.samples[k - 1]), int(cut.samples[k]), window
         back = max(float(cut.depth[k - 1] - depth[first : last + 1].min()), 0.0)
-        if drop.end < k:
-            place, reach = k, cut.blocks.size
+        if drop.end < k:  # a smaller pull-back before, hidden in the noise of the depth, is stretched again beyond that
+            place, reach = max(int(np.searchsorted(cut.depth, cut.depth[k - 1] + cut.noise)), k), cut.blocks.size
         elif back > cut.noise:
             place = int(np.searchsorted(cut.depth, cut.depth[k - 1] + back))
         else:

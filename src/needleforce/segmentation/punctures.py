@@ -7,7 +7,7 @@ standard deviation; the threshold follows from the number of places and ``FALSE_
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
@@ -31,7 +31,7 @@ MAX_END_WINDOW = 5  # [blocks] of a comparison near the end of a stroke, where t
 MIN_STROKE_WINDOWS = 5  # pairs of windows in a stroke, whose fluctuation is to be known
 MIN_FREE_WINDOWS = 6  # windows of free travel that show the correlation of the noise
 ROUGH_PARTS = (4, 2, 1)  # of a rupture: lengths over which the fluctuation of a stroke is judged
-ROUGH_SIGMA = 2.0  # standard errors (2 % by chance) by which it exceeds the noise: more is texture of the tissue
+ROUGH_SIGMA = 2.5  # standard errors by which it exceeds the noise (5 % of smooth strokes, measured): more is texture
 MIN_ROUGH_WINDOWS = 20  # such lengths of free travel that show the correlation of the noise over them
 ROBUST_SD_ERROR = 0.83  # standard error of a robust standard deviation, times the root of the number of values
 MIN_NOISE_SHARE = 1e-4  # of the range of the force: simulated recordings may have no noise
@@ -121,36 +121,13 @@ def quarter_sd(values: np.ndarray) -> float:
     return core.spread_of_part(values, 4) / 0.3186
 
 
-def is_rough(force: np.ndarray, free: int, noise: ForceNoise, rupture: int) -> bool:
-    """Whether the (m,) force of a stroke fluctuates significantly more than the noise after its ``free`` first blocks.
-
-    Fourth differences of means over parts of a ``rupture`` [blocks] are compared: a smooth loading curve contributes
-    nothing to them.
-    """
-    sums = np.concatenate(([0.0], np.cumsum(force - force[0])))
-    inside, correlated = len(force) - free, 1.0
-    for w in sorted({max(3, rupture // part) for part in ROUGH_PARTS}):
-        if inside < 8 * w:
-            break
-        mean = (sums[w:] - sums[:-w]) / w
-        second = mean[: -2 * w] - 2.0 * mean[w:-w] + mean[2 * w :]
-        fourth = second[: -2 * w] - 2.0 * second[w:-w] + second[2 * w :]
-        sensor = FOURTH_DIFFERENCE * noise.of_mean(w)
-        if free >= MIN_ROUGH_WINDOWS * w:
-            correlated = max(correlated, robust_sd(fourth[: free - 5 * w + 1]) / max(sensor, SMALLEST))
-        error = (w / inside + w / max(free, MIN_ROUGH_WINDOWS * w)) ** 0.5
-        if robust_sd(fourth[free:]) > (1.0 + ROUGH_SIGMA * ROBUST_SD_ERROR * error) * correlated * sensor:
-            return True
-    return False
-
-
 def block_noise(force: np.ndarray, free: int, quantum: float, size: int) -> ForceNoise:
     """The noise of (m,) blocks of ``size`` samples whose ``free`` first ones are free travel.
 
     White noise is that of the free travel's second differences, or without free travel that of the whole stroke; it is
     at least the rounding to ``quantum`` [N], which varies within a block if the noise is larger.
     """
-    white = white_noise(force[:free] if free >= WINDOWS[1] else force)
+    white = white_noise(force[:free] if free >= WINDOWS[1] else force[force < force.max()])  # a cut-off force has none
     floor = MIN_NOISE_SHARE * float(np.ptp(force))
     rounding = quantum / (12 * size) ** 0.5
     return ForceNoise(white=max(white, rounding, floor), quantum=quantum)
@@ -167,7 +144,7 @@ class DropCandidate:
     statistic: float
     threshold: float
     deviation: float
-    rough: bool
+    rough: bool = False
 
 
 def drop_candidates(
@@ -187,7 +164,7 @@ def drop_candidates(
     short: dict[int, np.ndarray] = {}
     rare = FALSE_ALARMS / _places(len(stroke) - free, max_gap)
     threshold, texture = float(-ndtri(rare)), float(-stdtrit(TEXTURE_FREEDOM, rare))
-    correlated, rough = 1.0, is_rough(stroke.force, free, noise, rupture)
+    correlated = 1.0
     for each in comparisons(stroke.force, max_gap):
         sensor, own = deviations(each, free, noise)
         sd = max(sensor, own, SMALLEST)
@@ -200,24 +177,54 @@ def drop_candidates(
         for other in found:
             score[max(other.first - each.reach - each.window, 0) : max(other.last + each.reach, 0)] = 0.0
         for j in _peaks(score, threshold, each.reach):
-            a, statistic = j + each.window - 1, float(score[j])
-            unclear = rough and statistic < texture
+            a = j + each.window - 1
             found.append(
                 DropCandidate(
                     first=a,
                     last=a + each.gap + 1,
-                    statistic=statistic,
+                    statistic=float(score[j]),
                     threshold=threshold,
                     deviation=sd / 2**0.5,
-                    rough=unclear,
                 )
             )
-    limit = texture if rough else 0.0
-    found += _steep_candidates(stroke.force, found, free=free, noise=noise, rough=limit, max_gap=max_gap)
-    limits = (threshold * correlated, texture * correlated)
+    found += _steep_candidates(stroke.force, found, free=free, noise=noise, max_gap=max_gap)
     if not turns:
-        found += _last_candidates(stroke, found, free=free, noise=noise, rough=rough, limits=limits)
-    return sorted(found, key=lambda each: each.first)
+        found += _last_candidates(stroke, found, free=free, noise=noise, threshold=threshold * correlated)
+    rough = _texture_around(stroke.force, free, noise, rupture, found)
+    unclear = (each.statistic < texture / threshold * each.threshold for each in found)
+    judged = [replace(each, rough=a and b) for each, a, b in zip(found, rough, unclear, strict=True)]
+    return sorted(judged, key=lambda each: each.first)
+
+
+def _texture_around(
+    force: np.ndarray, free: int, noise: ForceNoise, rupture: int, found: list[DropCandidate]
+) -> list[bool]:
+    """Whether the (m,) force of a stroke fluctuates significantly more than the noise after its ``free`` first blocks,
+    elsewhere than at each of the falls ``found``, and as far from it as a rounded one is long.
+
+    Fourth differences of means over parts of a ``rupture`` [blocks] are compared: a smooth loading curve contributes
+    nothing to them, and what a rupture does to a curve is no texture.
+    """
+    sums = np.concatenate(([0.0], np.cumsum(force - force[0])))
+    rough, lengths = [False] * len(found), sorted({max(3, rupture // part) for part in ROUGH_PARTS})
+    known = free >= MIN_ROUGH_WINDOWS * lengths[0]  # the free travel may be quieter than white noise, or louder
+    level = min(noise.quantum / 12**0.5 / max(noise.white, SMALLEST), 1.0) if known else 1.0
+    for w in lengths:
+        if len(force) - free < 8 * w:
+            break
+        mean = (sums[w:] - sums[:-w]) / w
+        second = mean[: -2 * w] - 2.0 * mean[w:-w] + mean[2 * w :]
+        fourth = second[: -2 * w] - 2.0 * second[w:-w] + second[2 * w :]
+        sensor = FOURTH_DIFFERENCE * noise.of_mean(w)
+        if free >= MIN_ROUGH_WINDOWS * w:
+            level = max(level, robust_sd(fourth[: free - 5 * w + 1]) / max(sensor, SMALLEST))
+        for number, each in enumerate(found):
+            low, high = 2 * each.first - each.last - 5 * w - free, 2 * each.last - each.first - free
+            apart = np.concatenate((fourth[free:][: max(low, 0)], fourth[free:][max(high, 0) :]))
+            error = (w / max(len(apart), 1) + w / max(free, MIN_ROUGH_WINDOWS * w)) ** 0.5
+            limit = (1.0 + ROUGH_SIGMA * ROBUST_SD_ERROR * error) * level * sensor
+            rough[number] = rough[number] or (len(apart) > 3 * w and robust_sd(apart) > limit)
+    return rough
 
 
 def _places(count: int, max_gap: int) -> float:
@@ -248,12 +255,12 @@ def _peaks(score: np.ndarray, threshold: float, reach: int) -> list[int]:
 
 
 def _steep_candidates(
-    force: np.ndarray, found: list[DropCandidate], *, free: int, noise: ForceNoise, rough: float, max_gap: int
+    force: np.ndarray, found: list[DropCandidate], *, free: int, noise: ForceNoise, max_gap: int
 ) -> list[DropCandidate]:
     """Falls from one block to the next in a rise so steep that the mean before it is below that after it.
 
     The fall is significant by itself, and so is that below the line through the four blocks before the last one, which
-    a single outlier does not bend. ``rough`` is the threshold for the texture of a rough stroke, or 0.
+    a single outlier does not bend.
     """
     count = len(LINE_BEFORE)
     if len(force) - free < 3 * count:
@@ -278,20 +285,13 @@ def _steep_candidates(
             statistic=float(score[j]),
             threshold=threshold,
             deviation=sds[0] / 2**0.5,
-            rough=bool(score[j] < rough),
         )
         for j in _peaks(score, threshold, count)
     ]
 
 
 def _last_candidates(
-    stroke: Blocks,
-    found: list[DropCandidate],
-    *,
-    free: int,
-    noise: ForceNoise,
-    rough: bool,
-    limits: tuple[float, float],
+    stroke: Blocks, found: list[DropCandidate], *, free: int, noise: ForceNoise, threshold: float
 ) -> list[DropCandidate]:
     """Falls just before the end, with fewer blocks after than before them: below the line through these, where it
     declines, and below their mean."""
@@ -307,15 +307,14 @@ def _last_candidates(
         line = noise.of_mean(1) ** 2 * apart**2 / float(place @ place)
         score = fall / max(noise.of_mean(count) ** 2 + line + noise.of_mean(after) ** 2, SMALLEST) ** 0.5
         near = any(other.first - count <= k <= other.last + count for other in [*found, *extra])
-        if score > limits[0] and not near:
+        if score > threshold and not near:
             extra.append(
                 DropCandidate(
                     first=k - 1,
                     last=end - 1,
                     statistic=score,
-                    threshold=limits[0],
+                    threshold=threshold,
                     deviation=noise.of_mean(count),
-                    rough=rough and score < limits[1],
                 )
             )
     return extra

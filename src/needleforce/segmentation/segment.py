@@ -10,13 +10,14 @@ import numpy as np
 from .. import core
 from ..errors import InputError
 from ..recording.force_signal import outliers, quantum_of, without_outliers
+from ..recording.recording import Recording
 from ..recording.source import RecordingSource, recording_of
 from ..vocabulary import Phase, Status
 from .contact import CROSSING_SIGMA, MAX_BASELINE_CHANGE
 from .cycle_events import CycleEvents, cycle_events, limits
 from .doubtful import baseline_step, doubtful, no_contact, unreadable
 from .events import Events, Span
-from .strokes import cycles, insertions
+from .strokes import cycles, insertions, stands, updated_depth
 
 RUPTURE_TRAVEL_M = 0.3e-3  # [m] travel during a rupture
 DROP_OF_PEAK = 0.1  # of the force at the peak, in a stroke that is rough
@@ -91,7 +92,7 @@ def segment(
     fault = unreadable(time, depth, force)
     if fault:
         return Events(status=Status.unreadable, notes=(fault,))
-    quantum = quantum_of(force)
+    depth, quantum = updated_depth(depth), quantum_of(force)
     spikes_at = outliers(force, quantum)
     clean = without_outliers(force, spikes_at)
     options = {"crossing": crossing, "drop": drop, "within": within, "rate": recording.rate if len(time) > 1 else 1.0}
@@ -99,7 +100,7 @@ def segment(
     found = _insertions(time, depth, clean, options)
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
-    remarks = _outlier_note(spikes_at)
+    remarks = (*_stand_notes(recording), *_outlier_note(spikes_at))
     if not touching:
         notes = (no_contact(time, depth, force, quantum, moved=bool(found)), *remarks)
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
@@ -133,6 +134,19 @@ def _insertions(time: np.ndarray, depth: np.ndarray, force: np.ndarray, options:
     known = {(each.cycle.start, each.cycle.stop, each.cycle.end): each for each in found}
     again = insertions(time, depth, surfaces[0])
     return [known.get((each.start, each.stop, each.end)) or events_of(each) for each in again] or found
+
+
+def _stand_notes(recording: Recording) -> list[str]:
+    """Sentences on the stretches in which the depth is not updated."""
+    found, depth = [], recording.depth
+    for first, last in stands(depth):
+        change, duration = (float(values[last] - values[first]) for values in (recording.force, recording.time))
+        found.append(
+            f"The force {'rises' if change > 0.0 else 'falls'} by {abs(change):.3g} N while the depth stands at "
+            f"{1e3 * depth[first]:.4g} mm for {duration:.2g} s and then jumps to {1e3 * depth[last]:.4g} mm, where the "
+            "motion leads: it was not updated, and is taken for a straight line between."
+        )
+    return found
 
 
 def _outlier_note(found: np.ndarray) -> tuple[str, ...]:

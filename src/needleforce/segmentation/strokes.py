@@ -19,6 +19,8 @@ ADVANCE_WINDOW = 5  # blocks over which the advance of the deepest point is aver
 MIN_ADVANCE_SHARE = 0.02  # of the median advance: with less the needle rests
 SMOOTH_RATIO = 4.0  # of the advance over the samples that are averaged to the noise of their mean
 CUT_SIGMA = 4.0  # [sd] noise of the depth below its deepest point so far that is no pull-back
+MIN_STAND = 5  # samples of a depth that is not updated
+CAUGHT_UP = 0.1  # of the jump behind them: largest distance of the motion before and after from one straight line
 FOURTH_DIFFERENCE = 70**0.5  # sd of a fourth difference of values with sd 1
 
 
@@ -28,7 +30,7 @@ class Cycle:
 
     Insertion from ``start`` to ``stop``, hold from ``stop`` to ``withdrawal_start`` (equal without a hold), withdrawal
     from ``withdrawal_start`` to ``end``. ``withdrawn`` is False if the recording ends before the withdrawal; ``speed``
-    [m/s] is the mean of the insertion. Pull-backs on the way to the deepest point are part of the insertion.
+    [m/s] is the mean at the cut. Pull-backs and pauses on the way to the deepest point are part of the insertion.
     """
 
     start: int
@@ -39,14 +41,37 @@ class Cycle:
     speed: float
 
 
+def stands(depth: np.ndarray) -> list[tuple[int, int]]:
+    """The samples before and after each stretch in which a (n,) depth is not updated: it stands at exactly one value,
+    and then jumps onto the straight line of the motion before and after it; a pause ends where it began."""
+    step, found = np.diff(depth), []
+    moved = np.abs(step[step != 0.0])
+    usual = float(np.percentile(moved, 95)) if len(moved) else 0.0
+    for k in np.flatnonzero(np.abs(step) > MIN_STAND * usual).tolist():
+        before = np.flatnonzero(depth[:k] != depth[k])
+        first, last = int(before[-1]) + 1 if len(before) else 0, k + 1
+        count = last - first
+        near = min(max(count // 2, MIN_STAND), first, len(depth) - 1 - last)
+        if count <= MIN_STAND or near < MIN_STAND:
+            continue
+        places = np.r_[first - near : first + 1, last : last + near + 1]
+        line = np.polyval(np.polyfit(places - first, depth[places], 1), places - first)
+        if float(np.abs(depth[places] - line).max()) <= CAUGHT_UP * abs(float(step[k])):
+            found.append((first, last))
+    return found
+
+
+def updated_depth(depth: np.ndarray) -> np.ndarray:
+    """The (n,) depth with straight lines over its ``stands``."""
+    for first, last in stands(depth):
+        depth = depth.copy()
+        depth[first:last] = np.linspace(depth[first], depth[last], last - first, endpoint=False)
+    return depth
+
+
 def white_noise(values: np.ndarray) -> float:
     """The standard deviation of white noise in a smooth (n,) series, from second differences, unaffected by trends."""
     return core.second_difference_noise(values)
-
-
-def reversals(depth: np.ndarray, min_travel: float) -> list[int]:
-    """Sample numbers of the alternating minima and maxima of ``depth``, at least ``min_travel`` apart."""
-    return core.reversals(depth, min_travel)
 
 
 def deepest_sample(depth: np.ndarray, force: np.ndarray) -> int:
@@ -71,7 +96,7 @@ def cycles(time: np.ndarray, depth: np.ndarray) -> tuple[Cycle, ...]:
     span, noise = float(np.ptp(coarse)), white_noise(coarse)
     if not span > max(MIN_RANGE_M, 20.0 * noise):
         return ()
-    found = _refined(depth, reversals(coarse, REVERSAL_SHARE * span), stride)
+    found = _refined(depth, core.reversals(coarse, REVERSAL_SHARE * span), stride)
     rest_distance = max(REST_SHARE * span, 4.0 * noise)
     strokes = zip(found[:-1], found[1:], [*found[2:], None], strict=True)
     return tuple(
@@ -137,13 +162,14 @@ def _cycle(
     speed = (depth[stop] - depth[start]) / max(time[stop] - time[start], 1e-9)
     if time[withdrawal_start - 1] - time[stop] < max(MIN_HOLD_S, 4.0 * rest_distance / max(speed, 1e-12)):
         stop = withdrawal_start = int(low + np.argmax(depth[low:end])) + 1
+    onwards = max(len(cut_samples(depth, start, stop, 1)[0]), 1) / max(stop - start, 1)
     return Cycle(
         start=start,
         stop=stop,
         withdrawal_start=withdrawal_start,
         end=end,
         withdrawn=next_low is not None,
-        speed=float(speed),
+        speed=float(speed / onwards),
     )
 
 
@@ -268,12 +294,3 @@ def _quantum(depth: np.ndarray, step: float) -> float:
     moved = np.abs(np.diff(depth))
     moved = moved[moved > 0.0]
     return float(moved.min()) if 0 < len(moved) < 0.5 * len(depth) and moved.min() > step else 0.0
-
-
-def first_run(above: np.ndarray, length: int) -> int | None:
-    """The index at which the first run of at least ``length`` true values in (m,) ``above`` starts, or None."""
-    if len(above) < length:
-        return None
-    sums = np.concatenate(([0], np.cumsum(above)))
-    starts = np.flatnonzero(sums[length:] - sums[:-length] == length)
-    return int(starts[0]) if len(starts) else None

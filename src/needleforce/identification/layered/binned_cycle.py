@@ -14,11 +14,12 @@ from ..replay import force_of_puncture
 from ..statistics.noise import Noise, noise_of
 from ..strokes import Strokes, cycle_span, stroke_speed, strokes_of, undelayed_depth
 
-COARSE, FINE = {"as_fitted": 125, "passive": 250, "yielding": 250}, 2000
+COARSE, BETWEEN, FINE = {"as_fitted": 125, "passive": 250, "yielding": 250}, 500, 2000
 """Bins of a stroke: 0.2 mm of a stroke of 25 mm for the search, half of it in a passive form, whose tissue relaxes
 while it slips and so depends more on the step; and short enough in the final fit that the model has the same force
 along the samples."""
 BIN_ERROR = 0.005  # [of the peak] between the force along the bins of the search and along the samples
+FINER = 4  # so many times shorter are bins where the force falls
 HOLD_BINS = 24  # their edges are the squares of whole numbers, as relaxation is fastest at first
 DEFAULT_TIMES_S = (0.3, 3.0)  # [s] for recordings without a hold
 SPEED_AT_REST = 1e-4  # [m/s] as in the engine
@@ -132,7 +133,7 @@ def binned_cycle(recording: Recording, events: Events, bins: int) -> BinnedCycle
     used = without_outliers(recording, events)[span]
     time, stroke = recording.time[span][used], stroke[used]
     depth, force = undelayed_depth(recording)[span][used], (recording.force - zero.at(recording))[span][used]
-    index = _bins(time, depth, stroke, bins)
+    index = _bins(time, depth, stroke, bins, falls(events, len(recording))[span][used])
     count = np.bincount(index)
 
     def mean(values: np.ndarray) -> np.ndarray:
@@ -175,8 +176,17 @@ def force_zero(recording: Recording, events: Events, strokes: Strokes) -> ForceZ
     return ForceZero(value=float(force.mean()), error=float(error), drift=drift, noise=noise)
 
 
-def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int) -> np.ndarray:
-    """The bin (n,) of every sample, numbered without gaps: by largest travel in a stroke, by time in the hold."""
+def falls(events: Events, samples: int) -> np.ndarray:
+    """True (n,) where the force falls at a puncture of segmentation."""
+    found = np.zeros(samples, bool)
+    for each in events.punctures:
+        found[each.low : max(each.high, each.end) + 2] = True
+    return found
+
+
+def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int, falls: np.ndarray) -> np.ndarray:
+    """The bin (n,) of every sample, numbered without gaps: by largest travel in a stroke, shorter where the force falls
+    as the law jumps there and a mean over the jump would outweigh all other bins; by time in the hold."""
     width = float(np.ptp(depth)) / bins
     place = np.zeros(len(time), dtype=np.int64)
     for k in range(3):
@@ -188,8 +198,9 @@ def _bins(time: np.ndarray, depth: np.ndarray, stroke: np.ndarray, bins: int) ->
             place[here] = HOLD_BINS * np.sqrt(since / max(since[-1], 1e-9))
         else:
             travel = np.maximum.accumulate((depth[here] - depth[here][0]) * (1 - k))
-            place[here] = travel / width
-    return np.cumsum(np.diff(place + (bins + HOLD_BINS + 2) * stroke, prepend=0) != 0)
+            steps = np.diff(travel, prepend=0.0) * np.where(falls[here], FINER, 1.0)
+            place[here] = np.cumsum(steps) / width
+    return np.cumsum(np.diff(place + (FINER * bins + HOLD_BINS + 2) * stroke, prepend=0) != 0)
 
 
 def relaxation_times(cycles: tuple[BinnedCycle, ...]) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from ..recording_fit import RecordingFit
 from ..result import Fit
 from ..settings import Choice, LayeredSettings
 from ..strokes import cycle_span, stroke_speed
-from .binned_cycle import COARSE, FINE, BinnedCycle, binned_cycles, recorded_punctures
+from .binned_cycle import BETWEEN, COARSE, FINE, BinnedCycle, binned_cycles, recorded_punctures
 from .known_stiffness import refined_with, with_known
 from .model import (
     held_fixed,
@@ -177,11 +177,11 @@ def identify_layered(
     if not any(single.events.punctures or single.events.spans(Phase.extraction) for single in usable):
         return _without_model(singles, name)
     pairs, form = [(single.recording, single.events) for single in usable], LAYERED[name]
-    fine, grown, count = binned_cycles(pairs, FINE), {} if grown is None else grown, layers or MAX_LAYERS
+    grown, count = {} if grown is None else grown, layers or MAX_LAYERS
     work = _searched(usable, form, count, grown)
     solved = list(_watched(work, count, progress, "layer by layer"))
     tried, best = _evidence([with_known(solved[-1], given.stiffness)] if layers else solved, progress)
-    work = _watched(_ended(best.solved, fine), 2, progress, "with short bins")
+    work = _watched(_ended(best.solved, pairs), 2, progress, "with short bins")
     ended, population = next(work), next(work)
     found = ruptures(ended)
     own = {single: _recording(single, run, ended, given) for run, single in enumerate(usable)}
@@ -226,9 +226,10 @@ def _searched(usable: list[SegmentedRecording], form: str, count: int, grown: Gr
     return found
 
 
-def _ended(solved: Solved, fine: tuple[BinnedCycle, ...]) -> Iterator[Solved | None]:
+def _ended(solved: Solved, pairs: list[tuple[Recording, Events]]) -> Iterator[Solved | None]:
     """The fit with short bins, then the population fit, for which at least two runs are needed."""
-    ended = refined_with(solved, fine) if solved.problem.known else refined(solved, fine)
+    fine, between = (binned_cycles(pairs, bins) for bins in (FINE, BETWEEN))
+    ended = refined_with(solved, fine) if solved.problem.known else refined(solved, fine, between)
     yield ended
     yield population_fit(ended) if len(fine) > 1 else None
 

@@ -13,7 +13,7 @@ from ..statistics.noise import TWO_SIDED, noise_of
 from .binned_cycle import BinnedCycle
 from .parameters import FRICTION_RATIO, TISSUE_STIFFNESS, logistic
 from .problem import KnownStiffness, Problem
-from .search import FINAL_STEPS, MIN_GAIN, Solved, again, best, with_exchanged_springs
+from .search import FINAL_STEPS, MIN_GAIN, Solved, again, best, refined, with_exchanged_springs
 from .uncertainty import uncertainty_of
 
 MIN_RELATIVE_ERROR = 1e-6
@@ -86,7 +86,8 @@ def with_known(alone: Solved, known: tuple[KnownStiffness, ...]) -> Solved:
 
 def refined_with(solved: Solved, cycles: tuple[BinnedCycle, ...]) -> Solved:
     """The same fit in shorter bins, with the weights by the noise in these."""
-    known, alone = solved.problem.known, again(solved, solved.x, cycles=cycles, known=())
+    known = solved.problem.known
+    alone = refined(replace(solved, problem=replace(solved.problem, known=())), cycles)
 
     def lowest(problem: Problem, starts: list[np.ndarray]) -> Solved:
         found = (again(Solved(problem, x, np.inf), x) for x in (solved.x, *starts))

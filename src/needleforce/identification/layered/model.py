@@ -220,7 +220,7 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     """What was assumed and not identified."""
     times, unknowns = solved.problem.unknowns.times, solved.problem.unknowns
     held = ["embedded length: measured from the moving surface; a separate cutting force then tends to zero"]
-    if solved.x[unknowns.relaxing] > NO_RELAXATION:
+    if unknowns.constants in unknowns.held and solved.x[unknowns.relaxing] > NO_RELAXATION:
         held.append(f"time constants of relaxation: {times[0]:.2g} s and {times[1]:.2g} s, from the decay in the hold")
     held += [f"{each.name}: {each.text}, in the fit as one measurement more" for each in solved.problem.known]
     without = sorted(name for name in absent(solved) if name.endswith("saturation_depth"))

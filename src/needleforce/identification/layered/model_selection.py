@@ -103,9 +103,11 @@ def _independent(solved: Solved, run: int) -> float:
 
 
 def fewest_layers(candidates: list[Candidate]) -> Candidate:
-    """The fit with the fewest layers of those that are as good as the best."""
-    best = min(candidates, key=_merit)
-    return min((each for each in candidates if as_good(each, best)), key=lambda each: (each.parameters, _merit(each)))
+    """The fit with the fewest layers of those that are as good as the best; where some leave no more than the noise,
+    of these alone: the scatter of the ruptures may hide a layer from the prediction of held-out repeats."""
+    left = [each for each in candidates if each.solved.explained] or candidates
+    best = min(left, key=_merit)
+    return min((each for each in left if as_good(each, best)), key=lambda each: (each.parameters, _merit(each)))
 
 
 def fewest_mechanisms(complete: Candidate, reduced: list[Candidate]) -> Candidate:

@@ -19,7 +19,7 @@ SHARP_RUPTURE, NO_SATURATION, NO_RELAXATION = np.log(2e-5), np.log(0.15), -30.0
 
 LOWEST = (np.log(1.0), np.log(2e-4), -500.0, -6.0, np.log(0.1), np.log(2e-5), -30.0)
 HIGHEST = (np.log(1e9), np.log(0.15), 500.0, 7.0, np.log(1e6), np.log(3e-2), 60.0)
-MIN_COMMON, MAX_COMMON = (-31.0, -4.0, -1.0, -2.5), (4.0, 4.0, 1.0, 2.5)
+MIN_COMMON, MAX_COMMON = (-31.0, -4.0, -1.0, -2.5, -2.0, -2.0), (4.0, 4.0, 1.0, 2.5, 2.0, 2.0)
 MAX_PUNCTURE_MM = 1e4  # [mm] no insertion is deeper
 STEPS = np.array([1e-4, 1e-4, 1e-3, 1e-4, 1e-4, 1e-4, 1e-3])
 STEP_PUNCTURE_MM = 0.03  # [mm] a third of a bin: a smaller step leaves the rupture in its bin
@@ -35,6 +35,7 @@ OF_A_LAYER = (
     "resting_surface",
 )
 SHARES = ("relaxation_share_1", "relaxation_share_2")
+TIMES = ("relaxation_time_1", "relaxation_time_2")
 SIGNED = {"contact_depth", "top", "puncture_depth", "resting_surface", "speed_exponent"}
 
 
@@ -72,12 +73,12 @@ class LayerRow(NamedTuple):
 @dataclass(frozen=True)
 class LayeredParameters:
     """Layout of the vector x: ``layers`` times ``PER_LAYER`` values, two of relaxation, one of speed, one of the
-    withdrawal, punctures [mm] run by run.
+    withdrawal, two of the time constants, punctures [mm] run by run.
 
     All repeats share everything except the punctures. Relaxation is the logit of the relaxing share, and of the part of
-    it with the shorter of the two ``times`` [s]; all forces change with the power ``speed`` of the insertion's speed;
-    ``withdrawal`` is the logarithm of the friction outwards over that inwards, the same in all layers.
-    ``held`` are indices in x of values that are not fitted.
+    it with the shorter of two time constants, which are the logarithms of those over ``times`` [s]; all forces change
+    with the power ``speed`` of the insertion's speed; ``withdrawal`` is the logarithm of the friction outwards over
+    that inwards, the same in all layers. ``held`` are indices in x of values that are not fitted.
     """
 
     layers: int
@@ -89,7 +90,7 @@ class LayeredParameters:
     @property
     def shared(self) -> int:
         """Number of values that the repeats share."""
-        return self.withdrawal + 1
+        return self.constants + 2
 
     @property
     def relaxing(self) -> int:
@@ -107,6 +108,11 @@ class LayeredParameters:
         return PER_LAYER * self.layers + 3
 
     @property
+    def constants(self) -> int:
+        """Index in x of the first of the time constants."""
+        return PER_LAYER * self.layers + 4
+
+    @property
     def size(self) -> int:
         """Length of x."""
         return self.shared + self.layers * self.runs
@@ -122,7 +128,7 @@ class LayeredParameters:
 
     def steps(self) -> np.ndarray:
         """Steps (size,) of the finite differences."""
-        common, punctures = np.full(4, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE_MM)
+        common, punctures = np.full(6, 1e-4), np.full(self.layers * self.runs, STEP_PUNCTURE_MM)
         return np.concatenate([np.tile(STEPS, self.layers), common, punctures])
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
@@ -148,6 +154,7 @@ class LayeredParameters:
         tissue_stiffness, top = np.exp(own[..., TISSUE_STIFFNESS]), MM * own[..., TOP]
         relaxing, short = (logistic(xs[:, self.relaxing + k])[:, None] for k in (0, 1))
         ratio = np.exp(xs[:, self.withdrawal])[:, None]
+        times = (time * np.exp(xs[:, self.constants + k])[:, None] for k, time in enumerate(self.times))
         at = np.maximum(MM * punctures, top + MIN_INDENTATION_M)
         row = LayerRow(
             stiffness_coefficient=np.exp(own[..., COEFFICIENT]),
@@ -161,9 +168,9 @@ class LayeredParameters:
             brittleness=self.brittleness,
             withdrawal_ratio=ratio,
             share_1=relaxing * short,
-            time_1=self.times[0],
+            time_1=next(times),
             share_2=relaxing * (1 - short),
-            time_2=self.times[1],
+            time_2=next(times),
         )
         return np.stack(np.broadcast_arrays(*row), axis=-1)
 
@@ -184,6 +191,7 @@ def units(unknowns: LayeredParameters) -> dict[str, str]:
     for layer in range(unknowns.layers):
         names += [prefix(layer) + name for name in ("top" if layer else "contact_depth", *OF_A_LAYER)]
     common = {"speed_exponent": unknowns.speed, "withdrawal_ratio": unknowns.withdrawal}
+    common |= {name: unknowns.constants + k for k, name in enumerate(TIMES)}
     names += [*SHARES, *(name for name, place in common.items() if place not in unknowns.held)]
     return {name: unit_of(name) for name in names}
 
@@ -209,6 +217,7 @@ def values(unknowns: LayeredParameters, x: np.ndarray, excluded: int | None = No
             row.resting_surface,
         ]
     common = {unknowns.speed: x[unknowns.speed], unknowns.withdrawal: first.withdrawal_ratio}
+    common |= {unknowns.constants: first.time_1, unknowns.constants + 1: first.time_2}
     fitted = [value for place, value in common.items() if place not in unknowns.held]
     return np.array([*found, first.share_1, first.share_2, *fitted])
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .binned_cycle import BIN_ERROR, BinnedCycle, relaxation_times
+from .binned_cycle import BIN_ERROR, MIN_BINS, BinnedCycle, at_rest, relaxation_times
 from .parameters import (
     COEFFICIENT,
     FRICTION_RATIO,
@@ -35,6 +35,7 @@ ASIDE = {TOP: 2.0, FRICTION_RATIO: 1.5, TISSUE_STIFFNESS: 0.6, RUPTURE_LENGTH: 2
 """How far each value of a layer is moved to leave a shallow minimum, in the unit of x."""
 MAX_OVER_NOISE = 1.1
 """Residual over a well-known noise, beyond which it is more than noise: right fits of three layers stay below 1.03."""
+OTHER_LAW_OVER_NOISE = 5.0  # from here on another law is left, which no other minimum of this one meets
 STIFFER_STARTS = ((0.0, 0.0), (0.7, 0.0), (0.7, 0.7))  # added to the logarithms of c and k_t
 MIN_SPEED_RATIO = 1.3  # between repeats, to identify the dependence of forces on speed
 SATURATION_SHARES = (0.4, 0.75)  # [of the indentation at the rupture] other saturation depths
@@ -55,12 +56,21 @@ class Solved:
         return float(np.sqrt(2.0 * self.cost / len(self.problem.cycles)))
 
     @property
-    def explained(self) -> bool:
-        """Whether it leaves no more than the noise of the free travel and the error of the bins: one layer more is a
-        small change then, and no other fit with it is better."""
+    def noise(self) -> float:
+        """Rms over the runs of the noise of the free travel over the peak; NaN where none shows it."""
         noises = [cycle.zero.noise.long_run * len(cycle.force) / cycle.count.sum() for cycle in self.problem.cycles]
-        left = np.mean(noises) / self.problem.cycles[0].scale ** 2
-        return self.residual**2 <= MAX_OVER_NOISE**2 * left + BIN_ERROR**2
+        return float(np.sqrt(np.mean(noises))) / self.problem.cycles[0].scale
+
+    @property
+    def explained(self) -> bool:
+        """Whether it leaves no more than the noise and the error of the bins: one layer more is a small change then,
+        and no other fit with it is better."""
+        return self.residual**2 <= (MAX_OVER_NOISE * self.noise) ** 2 + BIN_ERROR**2
+
+    @property
+    def near_the_noise(self) -> bool:
+        """Whether it leaves more than the noise, but less than tissue of another law."""
+        return MAX_OVER_NOISE * self.noise < self.residual < OTHER_LAW_OVER_NOISE * self.noise
 
 
 def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitted") -> Iterator[Solved]:
@@ -73,6 +83,7 @@ def grow(cycles: tuple[BinnedCycle, ...], max_layers: int, form: str = "as_fitte
         unknowns = LayeredParameters(layers, len(cycles), times)
         held = {unknowns.speed} if max(speeds) < MIN_SPEED_RATIO * min(speeds) else set()
         held |= set() if any((cycle.stroke == 2).any() for cycle in cycles) else {unknowns.withdrawal}
+        held |= {unknowns.constants, unknowns.constants + 1}  # as the hold shows them, until the layers are known
         unknowns = replace(unknowns, held=frozenset(held))
         problem = Problem(cycles=cycles, unknowns=unknowns, form=form, speed=typical)
         if before is not None and before.explained:
@@ -123,9 +134,15 @@ def _cost(found: tuple[np.ndarray, float]) -> float:
 
 def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
     """The best of several starts: all with few steps, the best with more and with scans of the punctures; then with
-    other mechanisms from there, as long as one of them leads lower."""
+    other mechanisms from there."""
     screened = sorted(on_all_cores(lambda x: problem.solve(x, SCREENING_STEPS), starts), key=_cost)
     x, cost = min(on_all_cores(lambda found: problem.settled(found[0], FINAL_STEPS), screened[:N_FINALISTS]), key=_cost)
+    x, cost = _with_other_mechanisms(problem, x, cost)
+    return Solved(problem, problem.unknowns.in_order(x), cost)
+
+
+def _with_other_mechanisms(problem: Problem, x: np.ndarray, cost: float) -> tuple[np.ndarray, float]:
+    """The vector and its cost after other mechanisms have been tried, as long as one of them leads lower."""
     for _ in range(N_REPLACED):
         tried = on_all_cores(
             lambda other: problem.solve(other, SCREENING_STEPS), _other_mechanisms(problem.unknowns, x)
@@ -134,7 +151,7 @@ def best(problem: Problem, starts: Iterable[np.ndarray]) -> Solved:
         if not lower < (1.0 - MIN_GAIN) * cost:
             break
         x, cost = problem.settled(other, FINAL_STEPS)
-    return Solved(problem, problem.unknowns.in_order(x), cost)
+    return x, cost
 
 
 def _other_mechanisms(unknowns: LayeredParameters, x: np.ndarray) -> Iterator[np.ndarray]:
@@ -207,9 +224,20 @@ def again(solved: Solved, x: np.ndarray, **changes: Any) -> Solved:
     return Solved(problem, problem.unknowns.in_order(x), cost)
 
 
-def refined(solved: Solved, cycles: tuple[BinnedCycle, ...]) -> Solved:
-    """The same fit to the same runs in shorter bins."""
-    return again(solved, solved.x, cycles=cycles)
+def refined(solved: Solved, cycles: tuple[BinnedCycle, ...], between: tuple[BinnedCycle, ...] = ()) -> Solved:
+    """The same fit to the same runs in shorter bins, with the time constants of relaxation by the whole cycle: a hold
+    shows no longer times than itself, and wrong ones change the values of every layer. Where it ends near the noise but
+    above it, the search was in a minimum of its long bins: other mechanisms are tried in those ``between``."""
+    unknowns = solved.problem.unknowns
+    constants = {unknowns.constants, unknowns.constants + 1}
+    if unknowns.relaxing not in unknowns.held and any(at_rest(cycle).sum() >= MIN_BINS for cycle in cycles):
+        unknowns = replace(unknowns, held=unknowns.held - constants)
+    found = again(solved, solved.x, cycles=cycles, unknowns=unknowns)
+    if not (between and found.near_the_noise):
+        return found
+    problem = replace(found.problem, cycles=between)
+    x, _ = _with_other_mechanisms(problem, *problem.solve(found.x, FINAL_STEPS))
+    return min(found, again(found, x), key=lambda each: each.cost)
 
 
 def at_runs(solved: Solved, runs: list[int]) -> np.ndarray:

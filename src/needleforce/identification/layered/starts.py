@@ -28,9 +28,9 @@ TISSUE_START = (0.0, 0.0, 0.0, 0.2, 5.5, -7.8, 2.0)
 """Friction ratio, stiffness of 250 N/m, rupture within 0.4 mm, resting surface at 2 mm; the force sets the contact."""
 WEAK_LAYER = (7.6, -6.9, 0.0, 0.0, 4.6, -7.6, 1.0)
 """A layer to be added: c = 2 kN/m^2, h_s = 1 mm, k_t = 100 N/m."""
-COMMON_START = (0.2, 0.0, 0.0, 0.0)
+COMMON_START = (0.2, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Without a hold half of the force relaxes, half of that with the shorter time; forces do not depend on speed, friction
-is the same in both directions."""
+is the same in both directions; the time constants are those of the hold."""
 BEYOND_DEEPEST_MM = 1.0  # [mm] below the deepest point: puncture of a layer that does not rupture
 MIN_DISTANCE_MM = 1.0  # [mm] between the punctures of different layers
 N_ADDED_TOPS = 4  # starts of a further layer's top

@@ -10,7 +10,7 @@ import numpy as np
 from ...recording import Recording
 from ...recording.force_signal import quantum_of
 from ...segmentation import Events, segment
-from ...segmentation.strokes import white_noise
+from ...segmentation.strokes import updated_depth, white_noise
 from ...vocabulary import Status
 from ..motion import DepthSignal
 from ..statistics.noise import Noise, noise_of
@@ -70,6 +70,8 @@ def segmented(recording: Recording) -> SegmentedRecording:
             status=Status.unreadable,
             notes=events.notes,
         )
+    if (depth := updated_depth(recording.depth)) is not recording.depth:
+        recording = dataclasses.replace(recording, depth=depth)
     punctured = events.punctures or events.status is not Status.ok
     depth = DepthSignal(recording.depth)
     undelayed = DepthSignal(undelayed_depth(recording)) if recording.card.filter_length > 1 else depth

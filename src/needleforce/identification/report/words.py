@@ -45,6 +45,8 @@ _QUANTITIES = {
     "resting_surface": "surface at rest after the rupture, below the top of the layer",
     "relaxation_share_1": "share of the force that relaxes with the short time constant",
     "relaxation_share_2": "share of the force that relaxes with the long time constant",
+    "relaxation_time_1": "short time constant of relaxation",
+    "relaxation_time_2": "long time constant of relaxation",
     "speed_exponent": "exponent of the speed in all forces",
     "withdrawal_ratio": "friction on withdrawal over that on insertion",
 } | {f"friction_coefficient_{reading}": f"friction coefficient, reading {reading}" for reading in READINGS}

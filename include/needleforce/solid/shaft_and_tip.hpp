@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: Apache-2.0
+// Shaft and tip of a needle in a solid, in one part of a step: friction and the force at the tip in balance
+// with the tissue, while the tip breaks through, cuts, or recedes in its own path.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <span>
+#include <utility>
+
+#include "condensed_state.hpp"
+#include "path_layers.hpp"
+#include "shaft_balance.hpp"
+
+namespace needleforce::solid {
+
+inline constexpr double shortest_travel = 1e-7;  ///< from which rates are taken [m]
+
+/// Displacement of the tissue at a node of the path [m]. Wait-free.
+inline double displacement(const CondensedTissue& tissue, const CondensedState& state,
+                           std::size_t node) noexcept {
+  const auto at = BetweenNodes::at(state.tip, tissue);
+  const double by_tip = (1.0 - at.share) * tissue.at(node, at.node) + at.share * tissue.at(node, at.node + 1);
+  return displaced(state.shaft, tissue, node) + state.tip_force * by_tip;
+}
+
+/// True where shaft or tip are in the tissue. Wait-free.
+inline bool in_tissue(const CondensedState& state) noexcept {
+  const bool below = state.pierced > 0 && state.started && state.depth > state.shaft.displacement[0];
+  return state.tip_force > 0.0 || state.tip > 0.0 || below;
+}
+
+/// Moves a needle's shaft and tip through a condensed tissue: what is remembered is in `state`.
+class ShaftAndTip {
+ public:
+  static constexpr std::size_t max_sweeps = 8;    ///< in one part of a step
+  static constexpr std::size_t leap_sweeps = 24;  ///< where that part is longer than a leap
+  static constexpr double leap = 30e-6;           ///< [m]
+  static constexpr std::size_t max_turns = 4;     ///< of balance and motion of the tip
+  static constexpr double tolerance = 1e-9;       ///< change of a displacement that ends the sweeps [m]
+
+  ShaftAndTip(const CondensedTissue& tissue, const PathLayers& layers, CondensedState& state) noexcept
+      : tissue_(tissue), layers_(layers), state_(state) {}
+
+  /// One row of displacements from the forces, so that rounding does not add up.
+  void refresh() noexcept {
+    state_.row = state_.row + 1 < state_.shaft.known ? state_.row + 1 : 0;
+    state_.shaft.displacement[state_.row] = displacement(tissue_, state_, state_.row);
+  }
+  /// Displacements are kept up to two nodes behind a distance along the path [m], in eights.
+  void know(double distance) noexcept {
+    const auto nodes = static_cast<std::size_t>(distance / tissue_.spacing) + 3;
+    const std::size_t wanted = std::min((nodes + 7) / 8 * 8, tissue_.nodes), before = state_.shaft.known;
+    if (wanted + 8 <= before) state_.shaft.known = wanted;  // what is beyond bears no force
+    if (wanted <= before) return;
+    for (std::size_t i = before; i < wanted; ++i) state_.shaft.force[i] = 0.0;
+    state_.shaft.known = wanted;
+    for (std::size_t i = before; i < wanted; ++i) {
+      state_.shaft.displacement[i] = displacement(tissue_, state_, i);
+      state_.shaft.anchor[i] = state_.depth - state_.shaft.displacement[i];
+      state_.by_travel.force[i] = state_.by_travel.displacement[i] = 0.0;
+    }
+    state_.steady = false;
+  }
+
+  /// Balance with the tip where it is in the tissue, then the tip moves on, in turns: the balance is a convex
+  /// problem, and where the shaft sticks next to the tip, tissue follows the tip by more than it moves.
+  void move(double depth, double speed) noexcept {
+    const ShaftState before = state_.shaft;
+    const double travel = depth - state_.depth, tip = state_.tip, tip_force = state_.tip_force;
+    TipMove last{};
+    state_.depth = depth;
+    know(state_.tip);
+    expect(travel);
+    std::array<FrictionBounds, max_path_nodes> all;
+    const std::span<FrictionBounds> bounds(all.data(), tissue_.nodes);
+    const std::size_t allowed = std::abs(travel) > leap ? leap_sweeps : max_sweeps;
+    std::size_t sweeps = 0;
+    bool moved = false;
+    for (std::size_t turn = 0; turn < max_turns; ++turn) {
+      layers_.bounds(bounds, state_.tip);
+      do {
+        const double change = balance_tip(depth, speed);
+        if (std::max(change, sweep(state_.shaft, tissue_, bounds, depth, sweeps % 2 == 1)) < tolerance) break;
+      } while (++sweeps < allowed);
+      moved = moved_tip(depth, speed, last);
+      if (sweeps >= allowed || !moved) break;
+    }
+    if (moved) clamp_forces(bounds, speed);
+    slide(state_.shaft, bounds, depth);
+    remember(before, tip_force, travel, state_.tip == tip);
+  }
+
+ private:
+  /// Motion of the tip along the path in one turn, and how far it had to go [m].
+  struct TipMove {
+    double ahead = 0.0, by = 0.0;
+  };
+  // by how much a motion of the tip along the path changes how far it has to go, in the secant
+  static constexpr double min_yield = 1.0, max_yield = 3.0;
+
+  /// After the tip moved without a balance: no force beyond what shaft and tip can bear where they are now.
+  void clamp_forces(std::span<FrictionBounds> bounds, double speed) noexcept {
+    layers_.bounds(bounds, state_.tip);
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) {
+      const double force = std::clamp(state_.shaft.force[i], bounds[i].low, bounds[i].high);
+      if (force == state_.shaft.force[i]) continue;
+      push(state_.shaft, tissue_, i, force - state_.shaft.force[i]);
+      state_.shaft.force[i] = force;
+    }
+    const double contact = pressing() ? layers_[state_.pierced].puncture_force() : 0.0;
+    const double limit = state_.tip >= state_.cut ? std::max(contact, cutting(speed)) : 0.0;
+    if (state_.tip_force <= limit) return;
+    push(state_.shaft, tissue_, BetweenNodes::at(state_.tip, tissue_), limit - state_.tip_force);
+    state_.tip_force = limit;
+    state_.on_contact = state_.on_contact && pressing();
+  }
+
+  /// What the last motion did while the tip stuck, again: most steps are like the one before.
+  void expect(double travel) noexcept {
+    if (!state_.steady) return;
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) {
+      state_.shaft.force[i] += travel * state_.by_travel.force[i];
+      state_.shaft.displacement[i] += travel * state_.by_travel.displacement[i];
+    }
+    state_.tip_force += travel * state_.tip_by_travel;
+  }
+
+  /// Of the layer that the tip is in, the last that is pierced [N].
+  double cutting(double speed) const noexcept {
+    return state_.pierced > 0 ? layers_[state_.pierced - 1].cutting(speed) : 0.0;
+  }
+  /// True where the tip presses on a layer that it has not broken through.
+  bool pressing() const noexcept {
+    return state_.pierced < layers_.count() && state_.cut >= layers_[state_.pierced].top;
+  }
+
+  /// Force at the tip; returns the change, as a displacement [m].
+  double balance_tip(double depth, double speed) noexcept {
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    const double gap = depth - state_.tip - by_shaft(at);  // to be taken up by the tip's own compliance
+    const double own = at.compliance(tissue_);
+    double force = 0.0;
+    state_.on_contact = false;
+    if (state_.tip >= state_.cut) {
+      // on an interface the tissue above still bears the cutting force, until the contact is stronger
+      force = std::clamp(gap / own, 0.0, cutting(speed));
+      const double contact = pressing() ? layers_[state_.pierced].contact_force(gap) : 0.0;
+      state_.on_contact = contact > force;
+      force = std::max(force, contact);
+    }
+    const double by = force - state_.tip_force;
+    if (by == 0.0) return 0.0;
+    state_.tip_force = force;
+    push(state_.shaft, tissue_, at, by);
+    return std::abs(by) * own;
+  }
+
+  /// The tip breaks through, cuts on, or recedes in its own path; false if it stays.
+  bool moved_tip(double depth, double speed, TipMove& last) noexcept {
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    const double gap = depth - state_.tip - by_shaft(at);
+    if (state_.tip >= state_.cut && pressing() && breaks(gap)) {
+      ++state_.pierced;
+      return true;
+    }
+    const double ahead = to_go(gap, at, speed);
+    if (std::abs(ahead) < tolerance) return false;
+    if (std::abs(last.by) > tolerance)  // secant
+      state_.yield = std::clamp((last.ahead - ahead) / last.by, min_yield, max_yield);
+    const double from = state_.tip;
+    place_tip(std::clamp(from + ahead / state_.yield, 0.0, farthest_tip()));
+    state_.cut = std::max(state_.cut, state_.tip);
+    last = {ahead, state_.tip - from};
+    return last.by != 0.0;
+  }
+
+  /// Moves the tip with its force.
+  void place_tip(double to) noexcept {
+    const double force = std::exchange(state_.tip_force, 0.0);
+    push(state_.shaft, tissue_, BetweenNodes::at(state_.tip, tissue_), -force);
+    state_.tip = to;
+    know(to);
+    state_.tip_force = force;
+    push(state_.shaft, tissue_, BetweenNodes::at(to, tissue_), force);
+  }
+
+  /// True for a contact that is pressed to the force at which the layer breaks; without one any contact
+  /// breaks it.
+  bool breaks(double gap) const noexcept {
+    const PathLayer& layer = layers_[state_.pierced];
+    return gap > 0.0 && layer.contact_force(gap) >= layer.puncture_force();
+  }
+  /// How far the tip has still to go along the path if the tissue did not follow [m].
+  double to_go(double gap, const BetweenNodes& at, double speed) const noexcept {
+    if (state_.tip < state_.cut || gap < 0.0) return gap;
+    if (pressing()) return 0.0;
+    return std::max(0.0, gap - at.compliance(tissue_) * cutting(speed));
+  }
+  /// The deepest cut, or where cutting comes to an interface that resists, or to the end of the path [m].
+  double farthest_tip() const noexcept {
+    if (state_.tip < state_.cut || pressing()) return state_.cut;
+    return state_.pierced < layers_.count() ? layers_[state_.pierced].top : tissue_.length();
+  }
+
+  /// Displacement by the shaft alone where the tip is [m].
+  double by_shaft(const BetweenNodes& at) const noexcept {
+    return at.of(state_.shaft.displacement) - state_.tip_force * at.spread(tissue_);
+  }
+  void remember(const ShaftState& before, double tip_force, double travel, bool stuck) noexcept {
+    if (std::abs(travel) < shortest_travel) return;
+    state_.steady = stuck;
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) {
+      state_.by_travel.force[i] = (state_.shaft.force[i] - before.force[i]) / travel;
+      state_.by_travel.displacement[i] = (state_.shaft.displacement[i] - before.displacement[i]) / travel;
+    }
+    state_.tip_by_travel = (state_.tip_force - tip_force) / travel;
+  }
+
+  const CondensedTissue& tissue_;
+  const PathLayers& layers_;
+  CondensedState& state_;
+};
+
+}  // namespace needleforce::solid
