@@ -40,6 +40,17 @@ def gent(stretch, modulus, limit):
     return rubber(stretch, modulus) * limit / (limit + 3.0 - stretch**2 - 2.0 / stretch)
 
 
+def gent_stretch(share, limit):
+    """The stretch at which I_1 - 3 is a ``share`` of the ``limit``."""
+    stretches = np.linspace(1.0, 6.0, 100_001)
+    return float(np.interp(share * limit, stretches**2 + 2.0 / stretches - 3.0, stretches))
+
+
+def fung(stretch, modulus, b):
+    """Nominal stress [Pa] of a tissue that stiffens exponentially (Fung 1967)."""
+    return modulus / b * np.expm1(b * (stretch - 1.0))
+
+
 # tension: Young's modulus [Pa], over strain
 TENSION = {
     "saturating yield": Situation(

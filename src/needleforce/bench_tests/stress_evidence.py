@@ -24,6 +24,7 @@ from ..recording.force_signal import quantum_of
 from .law_fit import StressCurve
 from .laws import initial_stiffness, mode_number
 
+MIN_START_READINGS = 40  # of a curve
 MIN_SLACK_READINGS = 5
 MAX_SLACK_PLACES = 100  # at which a slack specimen may take the load
 SLACK_DEGREE, SLACK_WINDOW = 3, 6.0  # of the polynomial from there on, and its end over that of the slack
@@ -67,6 +68,23 @@ def start_modulus(known: Sequence[CurveEvidence]) -> tuple[float, float] | None:
     weights = np.array([1.0 / max(error, 1e-300) ** 2 for _, error in slopes])
     value = float(weights @ np.array([value for value, _ in slopes]) / weights.sum())
     return value, float(weights.sum() ** -0.5)
+
+
+def held_by_start(by_laws: Estimate, known: Sequence[CurveEvidence]) -> Estimate:
+    """The modulus, its interval with that of the slope at the start, which no law enters.
+
+    A law whose shape is fitted may describe within the noise a material that follows another law, and misses the slope
+    at its start; a law of one coefficient has no shape to adapt. Few readings do not show their own noise over the
+    length of a start.
+    """
+    start = start_modulus(known)
+    if start is None or min(len(each.curve.stretch) for each in known) < MIN_START_READINGS:
+        return by_laws
+    low, high = (
+        choose(end, start[0] + sign * TWO_SIDED * start[1])
+        for choose, end, sign in ((min, by_laws.low, -1.0), (max, by_laws.high, 1.0))
+    )
+    return replace(by_laws, low=low, high=high, identifiable=low > 0.0)
 
 
 def judged(

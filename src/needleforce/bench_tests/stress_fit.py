@@ -17,12 +17,11 @@ from ..identification.statistics.noise import LEVEL
 from ..vocabulary import SMALLEST
 from .law_fit import LawFit, Readings, StressCurve, solved, without_unstable
 from .laws import laws_named, mode_number
-from .stress_evidence import evidence_of, judged, slack_note, without_slack, worst_departure
+from .stress_evidence import evidence_of, held_by_start, judged, slack_note, without_slack, worst_departure
 from .stress_result import MAX_MISFIT, MIN_WEIGHT, StressFit
 
 ROUNDING = 1e-9  # [of the peak stress] a smaller residual is rounding
 MIN_READINGS = 3
-HALF_STRAINS, MIN_HALF_READINGS = 0.5, 20  # of the largest: the law is fitted again up to it, to so many readings
 COPIED = 1e-6  # of the largest reading: two files of the same readings differ by less
 MAX_FITTED_READINGS = 300  # of a curve; more are averaged in blocks of neighbours
 MIN_FREEDOM = 1.0  # of a standard error: Student's distribution has no fewer
@@ -71,7 +70,8 @@ def fit_stress(
     law is the number of readings of the criterion, AIC corrected for few of them (Hurvich & Tsai 1989). n_eff of each
     law sets its standard error and its degrees of freedom, n_eff less the coefficients: a law with a smooth misfit has
     few, and so a wide interval. The interval is that of the mixture of Student distributions of E over the laws,
-    weighted by exp(-AICc/2) (Burnham & Anderson 2002). docs/bench_tests.md has how often it contains the truth.
+    weighted by exp(-AICc/2) (Burnham & Anderson 2002), and of the slope at the start where the chosen law has a shape
+    that was fitted. docs/bench_tests.md has how often it contains the truth.
     """
     names = laws_named(law)
     given = _checked(curves, min_stretch, max_stretch)
@@ -109,34 +109,14 @@ def _fitted(
     known = [evidence_of(curve, free_zero=fit_zero) for curve in given]
     missed = worst_departure(known, used, readings.by_curve(fits[0].residual))
     by_laws = _estimate(fits, used, chosen=len(names) > 1)
-    if not missed.found:
-        by_laws = _held_by_half(by_laws, fits[0].law, given, fit_zero)
+    if not missed.found and len(names) > 1 and len(fits[0].coefficients) > 1:
+        by_laws = held_by_start(by_laws, known)
     modulus, sentences = judged(by_laws, known, missed, fits[0].law, chosen=len(names) > 1)
     by_start = modulus.value != by_laws.value
     zeros = tuple(each.start.zero if by_start and each.start else zero for each, zero in zip(known, fits[0].zero))
     notes = (*sentences, *_notes(fits, used, modulus))
     return StressFit(laws=fits, young_modulus=modulus, curves=used, effective_readings=effective, zeros=zeros,
                      departure=missed, notes=notes)  # fmt: skip
-
-
-def _held_by_half(modulus: Estimate, law: str, given: tuple[StressCurve, ...], fit_zero: bool) -> Estimate:
-    """The modulus, its interval with that of the same law over half of the strains.
-
-    A wrong law may pass for the right one within the noise, and its error at the start falls with the range of strains;
-    a right law has nearly the interval of the whole curve.
-    """
-    nearest = [float(HALF_STRAINS * np.abs(curve.stretch - 1.0).max()) for curve in given]
-    parts = [np.abs(curve.stretch - 1.0) <= limit for curve, limit in zip(given, nearest, strict=True)]
-    if min(np.count_nonzero(part) for part in parts) < MIN_HALF_READINGS:
-        return modulus
-    half = [replace(each, stretch=each.stretch[part], stress=each.stress[part]) for each, part in zip(given, parts)]
-    readings = Readings(tuple(map(_means, half)), fit_zero)
-    fit = solved(law, readings)
-    if fit is None or fit.excluded:
-        return modulus
-    low, high = _mixture_interval([replace(_with_criterion(fit, readings, len(readings.stress)), weight=1.0)])
-    low, high = min(modulus.low, low), max(modulus.high, high)
-    return replace(modulus, low=low, high=high, identifiable=low > 0.0)
 
 
 MAX_STRETCH = 1e3  # of any solid
