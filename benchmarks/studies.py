@@ -15,7 +15,7 @@ import numpy as np
 import needleforce as nf
 from needleforce.display.canvas import panels, save_drawing
 from needleforce.files import decode_toml
-from needleforce.studies.figures import draw_tornado
+from needleforce.studies.page import draw_tornado
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples" / "studies"

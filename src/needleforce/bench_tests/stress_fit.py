@@ -330,8 +330,3 @@ def _between(low: float, high: float) -> str:
     if low > 0.0 and high < math.inf:
         return f"between stretches of {low:.3g} and {high:.3g}"
     return f"down to a stretch of {low:.3g}" if low > 0.0 else f"up to a stretch of {high:.3g}"
-
-
-def is_determined(fit: StressFit) -> bool:
-    """Whether the interval of the modulus excludes 0."""
-    return fit.young_modulus.identifiable

@@ -52,7 +52,7 @@ def tension(
     given: TensionFlags,
 ) -> None:
     """Young modulus of a tissue from tension or compression tests, with the law that fits best."""
-    from ..bench_tests import fit_stress, laws, stress_fit
+    from ..bench_tests import fit_stress, laws
     from ..bench_tests.reading import ZERO_FITTED, read_stress
 
     check_outputs([given.json, given.figure, given.report], files)
@@ -83,7 +83,7 @@ def tension(
     about = {"assumptions": assumptions, "mode_assumed": not given.mode}
     write_file("report", given.report, lambda path: fit.report(path, **about))
     _show_stress(fit, assumptions, mode_assumed=not given.mode, quiet=given.json == "-")
-    if not stress_fit.is_determined(fit):
+    if not fit.young_modulus.identifiable:
         raise typer.Exit(1)
 
 

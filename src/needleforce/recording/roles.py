@@ -159,8 +159,10 @@ def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Voc
             if quantity and quantity not in taken and quantity not in faults and index not in used:
                 recognised.setdefault(quantity, []).append(index)
         for quantity, found in recognised.items():
-            found = fitting_unit(table, vocabulary.dimensions[quantity], found)
-            of_another = _have_another_unit(table, vocabulary.dimensions[quantity], found)
+            dimension = vocabulary.dimensions[quantity]
+            found = fitting_unit(table, dimension, found)
+            units = [stated_unit(table, index) for index in found]
+            of_another = bool(dimension) and all(unit and not find(unit, dimension) for unit in units)
             (others if of_another else taken).setdefault(quantity, (reason, found))
     used = {index for _, found in taken.values() for index in found}
     for quantity in [q for q in others if q not in taken]:
@@ -227,12 +229,6 @@ def fitting_unit(table: Table, dimension: str, found: Sequence[int]) -> list[int
     fitting = [not unit or bool(find(unit, dimension)) for unit in units]
     sure = any(fits and unit for fits, unit in zip(fitting, units))
     return [index for index, fits in zip(found, fitting) if fits or not sure]
-
-
-def _have_another_unit(table: Table, dimension: str, found: Sequence[int]) -> bool:
-    """Whether each of some columns has a unit, and none that of the dimension."""
-    units = [stated_unit(table, index) for index in found]
-    return bool(dimension) and all(unit and not find(unit, dimension) for unit in units)
 
 
 def _of_dimension(table: Table, dimension: str, used: Collection[int]) -> dict[int, str]:

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The insertions of a study: from a row of factors to a model, a motion and a simulated run, and a block of rows as one
-task."""
+"""The insertions of a study: from a row of factors to a model, a motion, a simulated run and its recording; a block of
+rows is one task."""
 
 import copy
+import hashlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,14 +17,15 @@ from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Insertion, Model, solid_engine
 from ..models.simulation import Motion
 from ..preset_files.presets import preset_of
+from ..rig.sensor import COUNTS, Sensor
 from ..vocabulary import Status
 from .factors import BENDING_KEYS, MOTION_KEYS, Factor, factor_values, factors_of
 from .outputs import Output, Run
 from .posterior import Posterior
-from .question import MotionSection, Question
-from .recordings import nothing_recorded, recorded, split_of
+from .question import MotionSection, Question, RecordingsSection
 
 MAX_SAMPLES = 1_000_000  # of one insertion
+MAX_LABELLED = 8  # punctures of a recording whose depths are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +75,39 @@ def simulated(block: Block) -> dict[str, np.ndarray]:
 
 
 def _recorded(question: Question, run: Run | None, rate: float, seed: tuple[int, ...]) -> dict[str, Any]:
-    """The columns of a recording, and the part of the learning set to which its specimen belongs."""
+    """The columns of one recording in a learning set, as a sensor shows it: the part of the set to which its specimen
+    belongs, its rate, depth [m], force [N] and phase (samples,), and the depths of its punctures.
+
+    ``seed`` makes bias, noise and drift: the same recording for the same insertion. One that failed has no values.
+    """
     section = question.recordings
-    columns = nothing_recorded(section) if run is None else recorded(section, run, rate, seed)
-    return {"split": split_of(section, seed[1], seed[0]), **columns}
+    shown, nothing = np.float64(np.nan), np.full(section.samples, np.nan, np.float32)
+    depth, force, phase, punctures = nothing, nothing, np.zeros(section.samples, np.int8), np.full(MAX_LABELLED, np.nan)
+    if run is not None:
+        kept = np.rint(np.linspace(0, len(run.depth) - 1, section.samples)).astype(int)
+        shown = np.float64(rate * (section.samples - 1) / (len(run.depth) - 1))
+        depth, phase = run.depth[kept].astype(np.float32), run.columns["phase"][kept].astype(np.int8)
+        force = _measured(section, run.force, rate, np.random.default_rng(seed))[kept].astype(np.float32)
+        found = run.punctures[:MAX_LABELLED]
+        punctures[: len(found)] = run.depth[found]
+    split = _split_of(section, seed[1], seed[0])
+    return {"split": split, "rate": shown, "depth": depth, "force": force, "phase": phase, "puncture_depths": punctures}
+
+
+def _measured(section: RecordingsSection, force: np.ndarray, rate: float, random: np.random.Generator) -> np.ndarray:
+    """The force [N] as a sensor shows it."""
+    sensor = Sensor(filter_length=section.filter_length, noise=section.noise_N, bias=section.bias_N)
+    drift = section.drift_N_per_s * random.uniform(-1.0, 1.0) * np.arange(len(force)) / rate
+    step = max(section.rounding_N, 1.0 / COUNTS["force"] / section.filter_length)
+    return step * np.rint(sensor.record({"force": force + drift}, random)["force"] / step)
+
+
+def _split_of(section: RecordingsSection, specimen: int, seed: int) -> str:
+    """The part of a learning set to which a specimen belongs, with all its insertions."""
+    share = int.from_bytes(hashlib.sha256(f"{seed} {specimen}".encode()).digest()[:8], "big") / 2.0**64
+    if share < section.train:
+        return "train"
+    return "validation" if share < section.train + section.validation else "test"
 
 
 def _outcome(

@@ -187,7 +187,7 @@ class StudyResult(Result):
                 yield f"{output}, {motion}: {lost} insertions of groups with a failed one are left out"
 
     def _draw(self, axes: Any) -> tuple[str, ...]:
-        from .figures import draw_distribution, draw_tornado
+        from .page import draw_distribution, draw_tornado
 
         output = next((each for each in self.outputs if not each.is_curve), self.outputs[0])
         motion = self.question.motions[0]

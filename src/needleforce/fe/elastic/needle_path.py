@@ -200,9 +200,11 @@ def labels_along(tissue: Body, path: NeedlePath, distances: np.ndarray) -> np.nd
     dimension = tissue.mesh.dimension
     points = path.start(dimension) + distances[:, None] * path.along(dimension)
     points[:, 0] += _ASIDE * path.radius
+    if not tissue.mesh.within(points).all():
+        tissue.values_at(points)  # names the point, for which a search would take seconds
     try:
         cells = tissue.mesh.skfem.element_finder(mapping=tissue.elements.mapping)(*points.T)
     except ValueError:
-        tissue.values_at(points)  # names the point
+        tissue.values_at(points)
         raise
     return tissue.mesh.labels[cells].astype(str)

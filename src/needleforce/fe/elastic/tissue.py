@@ -162,30 +162,26 @@ class Tissue:
 
         Its transpose gives nodal forces for forces at the points.
         """
-        inside = np.all((points >= self.mesh.low - 1e-12) & (points <= self.mesh.high + 1e-12), axis=1)
+        for point in points[~self.mesh.within(points)]:
+            raise self._outside(point)
         try:
-            if inside.all():
-                return self.elements.at(points)
+            return self.elements.at(points)
         except ValueError:  # of a mesh that is no box
-            pass
-        for point in points if inside.all() else points[~inside]:
-            self._check_inside(point)
-        raise InputError("points", "outside", "the mesh")
+            for point in points:
+                self._check_inside(point)
+            raise InputError("points", "outside", "the mesh") from None
 
     def _check_inside(self, point: np.ndarray) -> None:
         try:
-            inside = np.all((point >= self.mesh.low) & (point <= self.mesh.high))
-            if inside:
-                self.elements.at(point[None])
-                return
+            self.elements.at(point[None])
         except ValueError:
-            pass
+            raise self._outside(point) from None
+
+    def _outside(self, point: np.ndarray) -> InputError:
         place = ", ".join(f"{1e3 * each:.4g}" for each in point)
         low, high = ([f"{1e3 * each:.4g}" for each in end] for end in (self.mesh.low, self.mesh.high))
-        extent = ", ".join(f"{a} to {b}" for a, b in zip(low, high))
-        raise InputError(
-            "point", f"({place}) mm", f"is outside the mesh, which extends over ({extent}) mm", next_step=_INSIDE
-        )
+        limit = f"is outside the mesh, which extends over ({', '.join(f'{a} to {b}' for a, b in zip(low, high))}) mm"
+        return InputError("point", f"({place}) mm", limit, next_step=_INSIDE)
 
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
         """Shear and Lamé modulus of each cell [Pa]."""

@@ -82,6 +82,10 @@ class Mesh:
         """Highest coordinates [m]."""
         return self.points.max(axis=0)
 
+    def within(self, points: np.ndarray) -> np.ndarray:
+        """Whether points (n, d) are within the lowest and highest coordinates, (n,)."""
+        return np.all((points >= self.low - 1e-12) & (points <= self.high + 1e-12), axis=1)
+
     @cached_property
     def skfem(self) -> Any:
         """The same as a mesh of scikit-fem."""
