@@ -100,15 +100,9 @@ inline void prepare_steps(std::span<const double> depth, std::span<const double>
     const double travel = i == 0 ? 0.0 : depth[i] - depth[i - 1];
     deepest = std::max(deepest, depth[i]);
     const bool withdrawing = depth[i] < deepest - noise_of_depth;
-    steps[i] = {depth[i],
-                travel,
-                dt[i],
-                travel / dt[i],
-                deepest,
-                !withdrawing && travel > speed_at_rest * dt[i],
-                withdrawing,
-                {},
-                {}};
+    steps[i] = {depth[i],       travel,  dt[i],
+                travel / dt[i], deepest, !withdrawing && travel > speed_at_rest * dt[i],
+                withdrawing,    {},      {}};
   }
   relax_steps(times, {steps, depth.size()});
 }

@@ -110,7 +110,8 @@ class LayeredProblem {
     return runs_[r].log_speed == 0.0 ? 1.0 : std::exp(runs_[r].log_speed * x[speed()]);
   }
 
-  /// The steps of a run with the time constants of x; `own` holds them where they are not those of the settings.
+  /// The steps of a run with the time constants of x; `own` holds them where they are not those of the
+  /// settings.
   std::span<const LayerStep> steps_of(const double* x, std::size_t r, std::vector<LayerStep>& own) const {
     if (x[times()] == 0.0 && x[times() + 1] == 0.0) return runs_[r].steps;
     own = runs_[r].steps;
@@ -118,8 +119,8 @@ class LayeredProblem {
     return own;
   }
 
-  /// Force (n,) [N] of one layer along the steps of a run with a puncture [mm], from what is `pressed` already
-  /// on.
+  /// Force (n,) [N] of one layer along the steps of a run with a puncture [mm], from what is `pressed`
+  /// already on.
   void force_of_layer(const double* x, std::size_t r, std::span<const LayerStep> steps, std::size_t layer,
                       double puncture, PressedLayer& pressed, double* force) const {
     const std::size_t first = pressed.steps;

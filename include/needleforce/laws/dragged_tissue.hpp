@@ -32,10 +32,10 @@ struct DraggedTissueMemory {
 ///
 ///     u = F_e / k_t    l = z - z_r - u    -rho f' l <= F <= f' l + (F_p - f' l)+ exp(-(z_max - z_1) / delta)
 ///
-/// rho is the friction outwards over that inwards. The rupture is gradual, and a layer that no longer pushes is
-/// released when its embedded length l is zero on withdrawal. `z_r` is the resting surface, a dimple that stays.
-/// Passive: the spring takes over no more energy than the contact held, which does not hold for a force taken
-/// over unchanged (as fitted to recordings).
+/// rho is the friction outwards over that inwards. The rupture is gradual, and a layer that no longer pushes
+/// is released when its embedded length l is zero on withdrawal. `z_r` is the resting surface, a dimple that
+/// stays. Passive: the spring takes over no more energy than the contact held, which does not hold for a
+/// force taken over unchanged (as fitted to recordings).
 template <bool passive>
 struct DraggedTissue {
   double per_length;
