@@ -10,9 +10,9 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 360,
-    "lines": 68_194,
-    "modules with one importer": 48,
+    "Python files": 358,
+    "lines": 68_345,
+    "modules with one importer": 46,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 12,
     "files that run in `nf.read(file)`": 26,

@@ -11,9 +11,10 @@ from ..display.quantities import counted, plain
 from ..errors import InputError
 from ..identification.one_layer.force_zero import Coefficient, slope_without_contact
 from ..identification.statistics.curve_noise import CurveNoise, curve_noise
+from ..identification.statistics.noise import SIGNIFICANT
 from ..recording import Recording
 from ..recording.force_signal import outliers, quantum_of, without_outliers
-from ..segmentation import segment
+from ..segmentation import Events, segment
 from ..segmentation.doubtful import MAX_ALTERNATION_SHARE, STEP_GAP, first_step, saturated
 from ..segmentation.strokes import cut_samples, deepest_sample
 from ..vocabulary import SMALLEST
@@ -158,6 +159,12 @@ def curve_of(travel: np.ndarray, force: np.ndarray, notes: tuple[str, ...], *, b
     at_limit, zero = saturated(travel, force, quantum, noise.of_mean(1)), 0.0
     time = np.arange(len(travel)) * float(travel[-1] - travel[0]) / (len(travel) - 1) / NOMINAL_SPEED
     events = segment(Recording(time=time, depth=travel, force=force))
+    if before := _transient(travel, force, noise, events):
+        length = plain(float(travel[before] - travel[0]), "m")
+        text = f"In the first {length} the force rises and comes back to where it began, and stays there for longer: "
+        found.append(text + "a transient of the machine before contact, left out.")
+        travel, force, time = travel[before:], force[before:], time[before:]
+        events = segment(Recording(time=time - time[0], depth=travel, force=force))
     contact, start, errors = None, 0, (0.0, 0.0)
     if events.contact is None or events.baseline is None:
         text = "The curve begins in contact: travel counts from its first sample, and the zero of the force is taken"
@@ -190,6 +197,19 @@ def curve_of(travel: np.ndarray, force: np.ndarray, notes: tuple[str, ...], *, b
         limit=float(force.max()) - zero if at_limit is not None else np.inf,
         notes=tuple(found),
     )
+
+
+def _transient(travel: np.ndarray, force: np.ndarray, noise: CurveNoise, events: Events) -> int:
+    """The samples up to the end of a first fall that leaves no force of a needle in tissue, 0 without one: the force
+    rose at once, and then is flat and as at the beginning for twice as long, with further falls behind."""
+    if events.contact is None or len(events.punctures) < 2:
+        return 0
+    end, rise = events.punctures[0].end, int(np.searchsorted(travel, events.contact.depth))
+    after, first = slice(end, 3 * end), max(end // 8, 1)
+    if 2 * rise > end or 3 * end > len(force) or _slope_without_contact(travel[after], force[after]):
+        return 0
+    change = abs(float(force[after].mean() - force[:first].mean()))
+    return end if change <= SIGNIFICANT * np.hypot(noise.of_mean(first), noise.of_mean(2 * end)) else 0
 
 
 def _slope_without_contact(travel: np.ndarray, force: np.ndarray) -> Coefficient | None:

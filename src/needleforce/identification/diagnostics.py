@@ -55,6 +55,7 @@ MODEL_ERRORS = {
     "time": "friction or a gain that changes with time",
     "bend": "a bent insertion",
     "drop": "a puncture off the fall of the force",
+    "rounding": "the rounding of the zero",
     "stiffer machine": "the machine stiffness",
     "softer machine": "the machine stiffness",
     "machine": "a machine in series that may be there",

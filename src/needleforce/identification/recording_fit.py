@@ -2,7 +2,7 @@
 """The result of the identification of one recording."""
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from .estimates import Parameters, Quality
 from .one_layer.cycle_values import CycleFit
 from .strokes import Strokes
 
-if TYPE_CHECKING:
-    from .layered.insertion_fit import InsertionFit
+
+class FittedTogether(Protocol):
+    """A fit of all layers, whose parameters can be drawn together."""
+
+    def standard(self, count: int, random: np.random.Generator) -> dict[str, np.ndarray]:
+        """Normal numbers (count,) of variance 1 for each value, correlated as the values are."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
@@ -42,7 +46,7 @@ class RecordingFit:
         Notes of reading, segmentation and fit.
     cycle : CycleFit or None
         The one-layer fit of ``strokes``, for the estimates and draws.
-    layers : InsertionFit or None
+    layers : FittedTogether or None
         The fit of layers that rupture one after another in its insertion, for draws.
     strokes : Strokes or None
         The insertion and withdrawal strokes as they were fitted.
@@ -57,7 +61,7 @@ class RecordingFit:
     predicted: np.ndarray = field(default_factory=lambda: np.empty(0))
     notes: tuple[str, ...] = ()
     cycle: CycleFit | None = None
-    layers: "InsertionFit | None" = None
+    layers: FittedTogether | None = None
     strokes: Strokes | None = None
 
     def __post_init__(self):

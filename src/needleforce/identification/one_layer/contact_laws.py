@@ -70,8 +70,9 @@ class Loading:
     def least_squares(self, curve: LoadingCurve) -> "Found | None":
         """The best fit of a law with its contact in the range; None where it cannot be fitted."""
         low = (self.low - self.high) / self.indentation
-        scales = {"contact": self.high, "indentation": self.indentation, "places": low * (1.0 - STARTS)}
-        values, squares = fitted_curve(curve, self.depth, self.force, **scales, place_range=(low, 0.0))
+        scales = {"contact": self.high, "indentation": self.indentation}
+        contacts = low * (1.0 - STARTS), (low, 0.0)
+        values, squares = fitted_curve(curve, self.depth, self.force, **scales, contacts=contacts)
         if not math.isfinite(squares):
             return None
         place, shape = values["contact_depth"], next((values[name] for name in curve.shape), 0.0)

@@ -122,11 +122,11 @@ def fitted_curve(
     contact: float,
     indentation: float,
     given: tuple[float, ...] = (),
-    places: np.ndarray = CONTACT_STARTS,
-    place_range: tuple[float, float] = CONTACT_RANGE,
+    contacts: tuple[np.ndarray, tuple[float, float]] = (CONTACT_STARTS, CONTACT_RANGE),
 ) -> tuple[dict[str, float], float]:
     """The curve's parameters, ``contact_depth`` and ``force_offset`` of least squares, SI, and the sum of squares,
-    infinite where none is finite; the compiled fit works in units of the indentation."""
+    infinite where none is finite; the compiled fit works in units of the indentation, from where the search of
+    ``contacts`` starts and ends too."""
     starts, low, high = (0.0,), 0.0, 0.0
     for value, each in zip(given, curve.shape.values()):
         starts = (value / indentation**each.power,)
@@ -138,9 +138,9 @@ def fitted_curve(
         law=curve.law.name,
         contact=contact,
         indentation=indentation,
-        places=places,
+        places=contacts[0],
         shapes=np.array(starts),
-        place_range=place_range,
+        place_range=contacts[1],
         shape_range=(low, high),
     )
     names = (*curve.amplitudes, *curve.shape)

@@ -179,7 +179,7 @@ def with_misfit_below(single: SegmentedRecording, law: str) -> SegmentedRecordin
     fit = replace(fit, strokes_alone=_strokes_alone(fit, parts) | moved, bends=sizes)
     shown = {cause: bend for cause, bend in bends.items() if abs(sizes[cause]) > BENDS[cause]}
     changed = {cause: bend.applied(fit) for cause, bend in shown.items()}
-    fit = _with_slow_noise(fit, parts)
+    fit = _with_rounded_zero(_with_slow_noise(fit, parts), parts, single.force_step)
     sentences = [bend.sentence for bend in shown.values()]
     if others:
         sentences = [each for each in (_sentence(fit, parts), *sentences) if each]
@@ -244,6 +244,17 @@ def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
     moved = TWO_SIDED * np.sqrt(np.maximum(sizes, 0.0)) * axes * np.where(axes[0] < 0.0, -1.0, 1.0)
     names = ("slower misfit", "slow misfit")
     return widened(fit, low, high, {name: dict(zip(AFTER, axis)) for name, axis in zip(names, moved.T.tolist())})
+
+
+def _with_rounded_zero(fit: CycleFit, parts: list[Stroke], step: float) -> CycleFit:
+    """The fit with what half a ``step`` [N] of the force, by which rounding may move the zero, does to its strokes."""
+    if step <= 0.0:
+        return fit
+    sums = sum(part.shown * part.line.sum(axis=1) for part in parts)
+    moved = dict(zip(AFTER, (0.5 * step * (inverse(sum(part.gram for part in parts)) @ sums)).tolist()))
+    low = {name: fit.values[name] - math.hypot(fit.values[name] - fit.low[name], moved[name]) for name in AFTER}
+    high = {name: fit.values[name] + math.hypot(fit.high[name] - fit.values[name], moved[name]) for name in AFTER}
+    return widened(fit, fit.low | low, fit.high | high, {"rounding": moved})
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
