@@ -33,9 +33,19 @@ NOISE_N = 1e-3
 STOPPED = 0.4  # share of the conditions after which the campaign is killed
 
 
+def recordings() -> list[Path]:
+    """Those of the rig in which the needle moves."""
+    found = []
+    for path in sorted(RECORDINGS.glob("*.csv")):
+        with contextlib.suppress(nf.InputError):
+            nf.read(path)
+            found.append(path)
+    return found
+
+
 def make(folder: Path, count: int) -> None:
     """The files, of which every 20th is cut off, empty, or made of bytes."""
-    rng, real = np.random.default_rng(1), sorted(RECORDINGS.glob("*.csv")) if RECORDINGS.is_dir() else []
+    rng, real = np.random.default_rng(1), recordings()
     for k in range(count):
         if real and k % REAL == 0:
             source = real[(k // REAL) % len(real)]

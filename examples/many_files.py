@@ -50,7 +50,7 @@ held = sum(each.low <= truth <= each.high for each, truth in zip(found, FRICTION
 print(f"{len(done.recordings)} files, {len(done.conditions)} specimens, not used: {', '.join(unreadable)}")
 print(f"friction within its interval: {held} of {SPECIMENS}")
 
-figure, axes = plt.subplots(figsize=(7.2, 3.2))
+figure, axes = plt.subplots(figsize=(7.2, 3.2), layout="constrained")
 values, ends = np.array([each.value for each in found]), np.array([(each.low, each.high) for each in found])
 axes.errorbar(range(SPECIMENS), values, yerr=np.abs(ends - values[:, None]).T, fmt="o", ms=4, label="identified")
 axes.plot(range(SPECIMENS), FRICTION, "k_", ms=14, label="simulated")
