@@ -98,6 +98,13 @@ def test_a_folder_of_many_files_is_stopped_and_continued(root, tmp_path):
     assert int(re.search(r"within its interval: (\d+) of 12", said)[1]) >= 10
 
 
+def test_a_learning_set_keeps_specimens_apart(root, tmp_path):
+    said = run([str(root / "examples" / "learning_set.py")], tmp_path)
+    parts = re.findall(r"(\w+): (\d+) recordings of (\d+) specimens", said)
+    assert {part for part, *_ in parts} == {"train", "validation", "test"}
+    assert sum(int(specimens) for *_, specimens in parts) == 1000  # one in two parts would count twice
+
+
 def test_examples_are_short(root):
     for path in (root / "examples").glob("*.*"):
         if path.suffix in (".py", ".cpp"):
