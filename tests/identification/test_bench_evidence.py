@@ -203,21 +203,25 @@ def test_the_entry_and_the_maximum_are_those_of_the_curve(name, many):
     assert np.mean(inside, axis=0).min() >= 0.75 - 0.7 / count  # at a kink 80 to 95 % are
 
 
+TOO_EARLY = "a zero that steps after 20 to 25 readings is not noticed: its level has too few"
+
+
 @pytest.mark.parametrize(
     "drift, step",
     [(-0.1, 0), (-0.05, 0), (0.02, 0), (0.05, 0), (0.1, 0), (0, 0.05), (0, 0.1), (0, 0.3), (0, -0.2), (0, 1.0)],
 )
-def test_a_zero_that_drifts_or_steps_before_contact_is_taken_off(drift, step, many):
+@pytest.mark.parametrize("earliest", [0.5e-3, pytest.param(0.4e-3, marks=pytest.mark.xfail(reason=TOO_EARLY))])
+def test_a_zero_that_drifts_or_steps_before_contact_is_taken_off(drift, step, earliest, many):
     case, count, inside, named = PENETRATION["film after free travel"], many(4, 60), 0, 0
     for seed in range(count):
         travel, force = case.curve(seed)
-        at = np.random.default_rng(seed).uniform(0.5e-3, 1.4e-3)  # 25 readings and more: a level has 20
+        at = np.random.default_rng(seed).uniform(earliest, 1.4e-3)
         force = force + drift * travel / case.end + np.where(travel > at, step, 0.0)
         test = penetration_test(travel, force)
         inside += test["entry_force"].low <= case.truth <= test["entry_force"].high
         named += any(("the zero steps" if step else "the zero drifts") in note for note in test.notes)
         assert test["entry_force"].value == pytest.approx(case.truth, rel=0.02)
-    assert inside >= 0.9 * count - 1 and named >= 0.9 * count  # noise hides a drift of 2 % in one curve of ten
+    assert inside >= 0.9 * count - 1 and named >= (0.9 if drift == 0.02 else 1.0) * count  # noise hides a drift of 2 %
 
 
 def test_a_peak_of_a_saturated_sensor_is_a_lower_bound():
