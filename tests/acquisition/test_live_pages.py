@@ -37,7 +37,7 @@ COMMANDS = typer.main.get_command(app).commands
 
 @pytest.fixture
 def page(root):
-    return lambda name: (root / "docs" / f"{name}.md").read_text(encoding="utf-8").replace("\\\n", " ")
+    return lambda name: (root / "docs" / ("reference" if name == "live_file" else "howto") / f"{name}.md").read_text(encoding="utf-8").replace("\\\n", " ")
 
 
 @pytest.fixture
