@@ -74,6 +74,21 @@ def test_depths_hold_the_truth_behind_a_lag(held, lag):
     assert held("puncture_depth", PUNCTURE, lag=lag) >= 0.9
 
 
+@pytest.mark.parametrize("lag", [0.0, 0.05, -0.05])
+def test_a_lag_without_a_rest_shows_where_the_withdrawal_ends(lag, seeds):
+    """Too short a rest for the force to show a lag there."""
+    named = []
+    for seed in seeds:
+        still = cycle(seed, lag=lag)
+        first = int(np.argmax(still.depth)) + 50
+        kept = np.delete(np.arange(len(still)), np.arange(first, first + 200))
+        fit = nf.identify(nf.Recording(time=still.time[: len(kept)], depth=still.depth[kept], force=still.force[kept]))
+        named.append("by itself does not end at the contact" in " ".join(fit.recordings[0].notes))
+        for name, value in (("contact_depth", CONTACT), ("puncture_depth", PUNCTURE)):
+            assert fit.parameters[name].low <= value <= fit.parameters[name].high
+    assert np.mean(named) == bool(lag)
+
+
 def test_depths_hold_the_truth_behind_an_undeclared_filter_that_is_found(seeds):
     fits = [fitted(seed, average=20) for seed in seeds]
     found = [fit for fit in fits if any("behind an average filter" in note for note in fit.recordings[0].notes)]

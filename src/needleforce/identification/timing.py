@@ -11,6 +11,7 @@ share k / n in the first k samples of the withdrawal, whatever the tissue.
 import itertools
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -62,36 +63,24 @@ class Lag:
     @property
     def significant(self) -> bool:
         """Whether no lag is excluded: noise leads to that less than once in a thousand recordings."""
-        return max(self.low, -self.high) > SIGNIFICANT * self.error
+        return not self.allows(0.0)
 
-
-def significant_lag(recording: Recording, events: Events, signal: DepthSignal) -> Lag | None:
-    """The lag at the start of the withdrawal after a hold, if it is significant and a tip that unloads at once does not
-    explain it, otherwise None.
-
-    Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
-    then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
-    follows is not known better than between these two, which give the range. The error is half the range of lags whose
-    sum of squares the noise allows, and a sample. No lag is outside the range of both if it is inside that of the
-    first, so that the second need not be looked at.
-    """
-    search = lag_search(recording, events, signal)
-    if search is None:
-        return None
-    first = search.best(linearly=True)
-    if abs(first[0]) <= SIGNIFICANT * search.error(first[1]):
-        return None
-    lag = _between([first, search.best(linearly=False)], search)
-    if lag is None or not lag.significant:
-        return None
-    return None if lag.time < 0.0 and search.unloads_at_once(lag.time) else lag
+    def allows(self, time: float) -> bool:
+        """Whether a lag of so much ``time`` [s] is not excluded, at the same level."""
+        return self.low - SIGNIFICANT * self.error <= time <= self.high + SIGNIFICANT * self.error
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LagSearch:
-    """What a search for a lag needs: ``time`` and ``force`` (n,) of the window, the times and the ``travel`` (m,) back
-    from the hold around it, the ``stretches`` that the noise of the depth leaves, the noise's ``correlation``, and the
-    ``resolution`` [s] of sampling and depth."""
+    """A search for the lag at the start of the withdrawal after a hold: ``time`` and ``force`` (n,) of the window, the
+    times and the ``travel`` (m,) back from the hold around it, the ``stretches`` that the noise of the depth leaves,
+    the noise's ``correlation``, and the ``resolution`` [s] of sampling and depth.
+
+    Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
+    then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
+    follows is not known better than between these two, which give the range. The error is half the range of lags whose
+    sum of squares the noise allows, and a sample.
+    """
 
     time: np.ndarray
     force: np.ndarray
@@ -100,6 +89,29 @@ class LagSearch:
     stretches: np.ndarray
     correlation: float
     resolution: float
+
+    @cached_property
+    def significant(self) -> Lag | None:
+        """The lag, if it is significant and a tip that unloads at once does not explain it, otherwise None. No lag is
+        outside the range of both if it is inside that of the first, so that the second need not be looked at."""
+        lag, half = self.linear
+        if abs(lag) <= SIGNIFICANT * self.error(half) or (found := self.possible) is None or not found.significant:
+            return None
+        return None if found.time < 0.0 and self.unloads_at_once(found.time) else found
+
+    @cached_property
+    def possible(self) -> Lag | None:
+        """The range of the lags, with the larger error; None for a lag beyond those that are searched."""
+        found = [self.linear, self.best(linearly=False)]
+        low, high = sorted(lag for lag, _ in found)
+        if not -MAX_LAG_S < low <= high < MAX_LAG_S:
+            return None
+        return Lag(low, high, self.error(max(half for _, half in found)))
+
+    @cached_property
+    def linear(self) -> tuple[float, float]:
+        """The best lag of a force that follows linearly."""
+        return self.best(linearly=True)
 
     def error(self, half: float) -> float:
         """Standard error [s] with half the range of lags that the noise allows."""
@@ -163,14 +175,6 @@ def lag_search(recording: Recording, events: Events, signal: DepthSignal) -> Lag
         correlation=_correlation(force),
         resolution=math.hypot(1.0 / recording.rate, left / max(speed, 1e-12)),
     )
-
-
-def _between(found: list[tuple[float, float]], search: LagSearch) -> Lag | None:
-    """The range of the lags and the larger error; None for a lag beyond those that are searched."""
-    low, high = sorted(lag for lag, _ in found)
-    if not -MAX_LAG_S < low <= high < MAX_LAG_S:
-        return None
-    return Lag(low, high, search.error(max(half for _, half in found)))
 
 
 def _window(recording: Recording, events: Events) -> np.ndarray | None:
@@ -318,10 +322,11 @@ def _longest_filter(recording: Recording, events: Events, length: int) -> float:
 
 @dataclass(frozen=True)
 class Timing:
-    """The significant ``lag`` between force and depth or None, the ``filter_length`` [samples] of an average filter
-    that is not declared or 0, and a sentence for each."""
+    """The significant ``lag`` between force and depth or None, with its ``search`` where there is one, the
+    ``filter_length`` [samples] of an average filter that is not declared or 0, and a sentence for each."""
 
     lag: Lag | None = None
+    search: LagSearch | None = None
     filter_length: int = 0
     notes: tuple[str, ...] = ()
 
@@ -338,7 +343,8 @@ def _play(recording: Recording, events: Events, lag: Lag) -> str:
 def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timing:
     """The lag between force and depth and the undeclared filter of a recording, with their sentences; ``signal`` is
     that of the undelayed depth."""
-    found, lag = [], significant_lag(recording, events, signal)
+    found, search = [], lag_search(recording, events, signal)
+    lag = None if search is None else search.significant
     if lag is not None:
         side = "behind" if lag.time > 0.0 else "ahead of"
         span = sorted(1e3 * abs(end) for end in (lag.low, lag.high))
@@ -359,4 +365,4 @@ def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timi
             "samples, and none is declared: declare it, so that its delay and its smearing are counted. The intervals "
             "of a model of one layer hold the values with and without it."
         )
-    return Timing(lag, length, tuple(found))
+    return Timing(lag, search, length, tuple(found))
