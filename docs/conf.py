@@ -23,4 +23,4 @@ napoleon_use_ivar = True  # the attributes of a result are listed once
 autodoc_typehints = "none"  # the docstrings have types, shapes and units
 autodoc_member_order = "bysource"
 smartquotes = False  # f' is a force per length, not a quotation mark
-suppress_warnings = ["myst.xref_missing", "ref.python"]  # a type in numpydoc form may match two attributes
+suppress_warnings = ["myst.xref_missing", "ref.python", "toc.empty_glob"]  # a type in numpydoc form may match two attributes
