@@ -41,7 +41,7 @@ def test_two_plausible_units_need_a_choice(file):
 
 
 def test_no_plausible_unit_needs_a_choice(file):
-    with pytest.raises(InputError, match=r"unit of time and depth is unknown.*none of.*--unit time=us --unit depth=mm"):
+    with pytest.raises(InputError, match=r"unit of time and depth is unknown.*none of.*--unit time=s --unit depth=m"):
         read(file(text({"time": TIME * 1e9, "pz": DEPTH, "fz": FORCE})))
 
 
