@@ -28,7 +28,7 @@ ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
 .PHONY: help setup packages-and-core demo test test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
-        proof-fuzz fuzz wasm bench bench-full lint format docs reference clean
+        proof-fuzz fuzz wasm bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -51,6 +51,10 @@ help:  ## this list
 	@$(WATCHED) "packages to test with" -- $(INSTALL) --requirement requirements/tests.txt
 	@touch $@
 
+.venv/.wheel-packages: requirements/wheels.txt .venv/.build-packages
+	@$(WATCHED) "packages to audit wheels with" -- $(INSTALL) --requirement requirements/wheels.txt
+	@touch $@
+
 .venv/.lint-packages: requirements/lint.txt .venv/.build-packages
 	@$(WATCHED) "formatters and linters" -- $(INSTALL) --requirement requirements/lint.txt
 	@touch $@
@@ -66,7 +70,8 @@ help:  ## this list
 # The package is installed as a path to src/, its command and its version: a module that is new or moved is found at once.
 # An editable install that compiles would find only the modules that were there when it was made.
 .venv/.editable: pyproject.toml include/needleforce/version.hpp .venv/.packages
-	@$(INSTALL) --quiet --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace --editable .
+	@$(INSTALL) --quiet --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace \
+	  --config-settings=wheel.py-api= --editable .
 	@touch $@
 
 # where another checkout or a git clean took the compiled module away, it is put there again
@@ -163,6 +168,16 @@ bench: setup .venv/.test-packages  ## the bars as ratios, measured in one run
 bench-full: BENCH = --full
 bench-full: bench  ## the same with the full counts of recordings
 
+# PYTHONS="/usr/bin/python3.11 ..." names the Pythons, instead of those on the search path and of pyenv
+wheel: setup .venv/.wheel-packages  ## dist/: source distribution and wheels, audited, and tried with every Python here
+	@$(WATCHED) "wheels" --show -- $(BIN)/python tools/make_wheels.py
+	@$(WATCHED) "trial of the wheels" --show -- $(BIN)/python tools/try_wheel.py dist/*.whl
+
+# one of the objects that are compiled already
+try-wheel: setup .venv/.test-packages
+	@$(WATCHED) "a wheel" -- $(BIN)/python tools/make_wheels.py --this
+	@$(WATCHED) "trial of the wheel" --show -- $(BIN)/python tools/try_wheel.py --this build/wheels/python/*.whl
+
 lint: .venv/.lint-packages  ## formatters and linters, changing nothing
 	@$(BIN)/ruff check $(PYTHON_SOURCES)
 	@$(BIN)/ruff format --check $(PYTHON_SOURCES)
@@ -183,4 +198,4 @@ reference: setup  ## FILE=values.json through the public names: name, expected, 
 	@$(BIN)/python tests/reference.py $(FILE)
 
 clean:  ## everything that was built, .venv included
-	@rm -rf .venv build demo docs/laws docs/tutorials/files docs/api.md src/needleforce/core src/needleforce/core.*
+	@rm -rf .venv build demo dist docs/laws docs/tutorials/files docs/api.md src/needleforce/core src/needleforce/core.*

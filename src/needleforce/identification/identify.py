@@ -368,7 +368,7 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
     if match is not None and not match.met:
         of_law = found.keys() & set(FITS[law].parameters)
         found |= {name: dataclasses.replace(found[name], identifiable=False) for name in of_law}
-    found |= {} if peak is None else {"puncture_force": peak.estimate(fit.causes)}
+    found |= {} if peak is None else {"puncture_force": peak.estimate(fit)}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:
         held = "held fixed: from the needle's tip and radius"

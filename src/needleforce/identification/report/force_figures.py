@@ -281,10 +281,11 @@ def draw_layers(figure: "Drawing", sheet: Sheet, one: DrawnRepeat, forces: Seque
 
 def repeat_style(one: DrawnRepeat, among: int) -> dict[str, Any]:
     """The line of one repeat: fainter the more there are; an anomalous one is dashed in another colour."""
-    shift = 0.618 * one.number  # the golden ratio: no two repeats have the same columns
+    own = {"shift": 0.618 * one.number}  # the golden ratio: no two repeats have the same columns
+    own["label"] = f"no. {one.number}" if among > 1 else "measured"
     if one.anomalous:
-        return {"color": SECOND, "lw": MEDIUM, "ls": (0, (4, 1.5)), "zorder": 3, "shift": shift}
-    return {"color": MEASURED, "lw": THIN, "alpha": 1.0 if among == 1 else 0.85 if among <= 6 else 0.6, "shift": shift}
+        return {"color": SECOND, "lw": MEDIUM, "ls": (0, (4, 1.5)), "zorder": 3, **own}
+    return {"color": MEASURED, "lw": THIN, "alpha": 1.0 if among == 1 else 0.85 if among <= 6 else 0.6, **own}
 
 
 def _name_repeats(labels: Labels, drawn: Sequence[DrawnRepeat], curves: Sequence[tuple]) -> None:
