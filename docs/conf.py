@@ -24,7 +24,7 @@ napoleon_use_ivar = True  # the attributes of a result are listed once
 autodoc_typehints = "none"  # the docstrings have types, shapes and units
 autodoc_member_order = "bysource"
 smartquotes = False  # f' is a force per length, not a quotation mark
-suppress_warnings = ["myst.xref_missing", "ref.python"]  # a type in numpydoc form may match two attributes
+suppress_warnings = ["myst.xref_missing", "ref.python", "toc.empty_glob"]  # a type in numpydoc form may match two attributes
 
 # The notebooks of tutorials/ run in the build, and one that fails ends it. They write into a folder of their own.
 nb_execution_mode = "force"

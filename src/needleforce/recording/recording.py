@@ -126,8 +126,8 @@ class Recording(Printed):
 
     time: np.ndarray
     depth: np.ndarray
-    velocity: np.ndarray | None = None
-    force: np.ndarray | None = None
+    velocity: np.ndarray = None  # type: ignore[assignment]  # then derived from the depth
+    force: np.ndarray = None  # type: ignore[assignment]  # then refused
     axes: dict[str, np.ndarray] = field(default_factory=dict)
     card: Card = Card()
     notes: tuple[Note, ...] = ()
