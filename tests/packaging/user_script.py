@@ -9,7 +9,6 @@ def largest_force(path: str) -> float:
     recording = nf.read(path)
     fit = nf.identify(recording, needle=nf.preset("paper").needle)
     print({name: (estimate.value, estimate.low, estimate.high) for name, estimate in fit.parameters.items()})
-    assert fit.model is not None
     insertion = nf.Insertion(fit.model)
     return max(insertion.step(float(depth), 3e-3, 1e-3).force for depth in recording.depth)
 
