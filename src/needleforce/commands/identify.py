@@ -97,7 +97,7 @@ def identify_files(files: list[Path], given: IdentifyFlags, look: Callable[[Read
     fit = _identified(done, seconds, **chosen, needle=body, **bench, progress=progress)
     _show(fit, quiet=given.json == "-")
     _write(fit, given)
-    if fit.model is None:
+    if fit.identified_model is None:
         raise typer.Exit(1)
 
 
@@ -129,7 +129,7 @@ def _print_assumptions(done: ReadFiles) -> None:
 def _write(fit: "Fit", given: IdentifyFlags) -> None:
     write_json(fit.to_json(), given.json)
     given.page.write(fit.report)
-    if fit.model is not None:
+    if fit.identified_model is not None:
         write_file("model", given.save, fit.save)
     elif given.save is not None:
         say(f"{given.save}: not written, because no model was identified")

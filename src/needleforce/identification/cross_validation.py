@@ -145,7 +145,7 @@ def _predicted(
     """Forces (n,) [N] of a cycle as predicted and as replayed, NaN without a prediction, whose reason is added to
     ``refused``."""
     others = identified(usable[:k] + usable[k + 1 :]) if len(usable) > 1 else None
-    if others is None or others.model is None:
+    if others is None or others.identified_model is None:
         return [np.full(len(cycle.force), np.nan)] * 2
     left = usable[k]
     # a replay uses the punctures of the repeat, but neither its contact nor its exit
