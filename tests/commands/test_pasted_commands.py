@@ -46,7 +46,7 @@ CASES = {
         "force=3",
     ),
     "a header that is not there": (named(TIME, DEPTH, FORCE), "identify FILE --column depth=Tiefe", "depth [mm]"),
-    "a header written wrongly": (named(TIME, DEPTH, FORCE), "identify FILE --column=force=forse", "force [N]"),
+    "a header written wrongly": (named(TIME, DEPTH, FORCE), "identify FILE --column=force=forc", "force [N]"),
     "two forces": (
         lambda rows: text(rows[:, [0, 1, 3, 3]], ["time [s]", "depth [mm]", "fz [N]", "force [N]"]),
         "identify FILE",

@@ -34,7 +34,7 @@ def test_two_plausible_units_need_a_choice(file):
     depth = 2.5e-5 * np.minimum(np.arange(200.0), 100.0)
     rows = {"time": 0.1 * np.arange(200.0), "depth_m": depth, "force_N": depth}
     with pytest.raises(
-        InputError, match=r"unit of time is unknown.*'time', 'depth_m'.*time in s; time in ms.*--unit time=us"
+        InputError, match=r"unit of time is unknown.*'time', 'depth_m'.*time in s; time in ms.*--unit time=s"
     ):
         read(file(text(rows)))
     assert read(file(text(rows)), units={"time": "ms"}).rate == pytest.approx(10e3)
