@@ -154,14 +154,12 @@ def test_the_contact_of_a_law_above_the_square_is_in_the_interval(held, power, n
     assert held("contact_depth", CONTACT, loading=functools.partial(steep, power), noise=noise) >= 0.8
 
 
-AGES = pytest.param({"ageing": 0.15}, marks=pytest.mark.xfail(reason="friction held in 7 of 12", strict=False))
-
-
-@pytest.mark.parametrize("errors", [AGES, {"gain": 0.1}, {"gain": -0.1}], ids=str)
+@pytest.mark.parametrize("errors", [{"ageing": 0.15}, {"ageing": 0.05}, {"gain": 0.1}, {"gain": -0.1}], ids=str)
 def test_forces_that_change_with_time_are_named_and_in_the_intervals(errors, held, seeds):
     assert held("friction_per_length", FRICTION, **errors) >= 0.75
     assert held("cutting_force", CUTTING, **errors) >= 0.75
-    assert all("bent" in " ".join(fitted(seed, **errors).recordings[0].notes) for seed in seeds)
+    named = ["bent" in " ".join(fitted(seed, **errors).recordings[0].notes) for seed in seeds]
+    assert all(named) if errors.get("ageing") != 0.05 else np.mean(named) >= 0.75
 
 
 def test_a_law_given_by_name_is_not_a_choice():

@@ -2,10 +2,12 @@
 """Output of the commands: tables, text and JSON on standard output; messages, progress and a live view on standard
 error. Texts are made printable here, because parts of them come from files and devices."""
 
+import codecs
 import contextlib
 import json
 import os
 import sys
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,6 +22,8 @@ if TYPE_CHECKING:
     from ..acquisition.settings import Progress
 
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
+_SIGNS = {"μ": "u", "±": "+-", "°": "deg", "–": "-", "−": "-", "·": "*", "÷": "/", "×": "x", "→": "->", "Δ": "d"}
+_TYPED = str.maketrans(_SIGNS | dict.fromkeys(map(chr, range(0x300, 0x370))))  # without accents
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
@@ -49,13 +53,20 @@ def show(text: str) -> None:
 
 def prepare_streams() -> None:
     """Make the standard streams able to take any text: those that are closed lead nowhere, as the caller wants, and
-    what the terminal's encoding lacks is written as ``\\xb5``."""
+    what the terminal's encoding lacks is written as it would be typed, ``N/mm2``, or else as ``\\u2800``."""
+    codecs.register_error("needleforce", _typed)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
         elif hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors="needleforce")
+
+
+def _typed(error: UnicodeError) -> tuple[str, int]:
+    """A handler of encoding errors that writes with the characters of a plain keyboard."""
+    text = unicodedata.normalize("NFKD", error.object[error.start : error.end]).translate(_TYPED)
+    return text.encode("ascii", "backslashreplace").decode(), error.end
 
 
 def progress(work: Iterable[Any], text: str) -> Iterable[Any]:

@@ -31,7 +31,7 @@ AFTER = ("friction_per_length", "cutting_force")
 BENDS = {"time": ONE_IN_40, "bend": SIGNIFICANT}
 """[standard errors] of the growth of friction that noise does not explain, by the bend that shows it. The friction at
 the contact by the insertion alone is an extrapolation: its interval would be wide for nothing more often."""
-INTACT = 1e-3  # of the contact that a gradual rupture leaves, so that none of it is in the friction behind
+INTACT = 1e-4  # of the contact that a gradual rupture leaves, so that none of it is in the friction behind
 SURE = SIGNIFICANT / TWO_SIDED  # [half widths] from which on a difference between strokes is named
 MIN_SAMPLES = 20  # of a stroke in the tissue, for a line of its own
 DISAGREE = (
@@ -110,8 +110,11 @@ class Stroke:
 
     @cached_property
     def noise(self) -> float:
-        """Long-run variance [N²] of that."""
-        return noise_of(self.bent, len(self.bent), self.filter_length, 2.0).long_run
+        """Long-run variance [N²] of what its own parabola leaves: a bend is no noise, which would hide it."""
+        curve = self.length**2
+        curve = curve - self.bread @ (self.line @ curve) @ self.line
+        left = self.bent - curve * float(curve @ self.bent) / max(float(curve @ curve), SMALLEST)
+        return noise_of(left, len(left), self.filter_length, 3.0).long_run
 
     @cached_property
     def slow(self) -> float:
@@ -186,7 +189,7 @@ def with_misfit_below(single: SegmentedRecording, law: str) -> SegmentedRecordin
     shown = {cause: bend for cause, bend in bends.items() if abs(sizes[cause]) > BENDS[cause]}
     late = _other_instants(fit, parts, single)
     changed = {cause: bend.applied(fit) for cause, bend in shown.items()} | late
-    sentences = [bend.sentence for bend in shown.values()] + [LATE] * len(late)
+    sentences = [bend.sentence for bend in shown.values() if abs(bend.significance) > SIGNIFICANT] + [LATE] * len(late)
     fit = _with_rounded_zero(_with_slow_noise(fit, parts), parts, single.force_step)
     if others:
         sentences = [each for each in (_sentence(fit, parts), *sentences) if each]

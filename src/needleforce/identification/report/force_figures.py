@@ -168,13 +168,11 @@ def _phases(axes: "Axes", one: DrawnRepeat) -> None:
 def _events(axes: "Axes", one: DrawnRepeat, labels: Labels) -> None:
     """Contact, punctures and exit as labelled points on the measured curve."""
     events, start = one.fit.events, one.fit.recording.time[0]
-    punctures = ((f"puncture {p.force:.3g} N", p) for p in events.punctures)
-    named = [("contact", events.contact), *punctures, ("exit", events.exit)]
-    named = [(name, event) for name, event in named if event is not None]
-    for _, event in named:
+    for _, event in events.named:
         axes.plot([event.time - start], [event.force], "o", mfc="white", mec=INK, ms=4.5, mew=1.0, zorder=5)
-    for name, event in named:
-        labels.at(name, event.time - start, event.force, INK)
+    for name, event in events.named:
+        label = f"puncture {event.force:.3g} N" if name == "puncture" else name
+        labels.at(label, event.time - start, event.force, INK)
 
 
 def before_puncture(shown: Sequence[DrawnRepeat], model: Model | None, shared: bool, title: str) -> Figure:
