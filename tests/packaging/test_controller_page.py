@@ -58,11 +58,12 @@ def test_the_pages_of_the_start_lead_from_a_file_to_a_loop(root, tmp_path):
     assert done.returncode == 0, done.stderr
     (in_the_loop,) = blocks(root / LOOP, "text")
     assert done.stdout.endswith(in_the_loop)
-    shown = [" ".join(line.split("|")[2].split()) for line in own.read_text().splitlines() if line.startswith("| `")]
+    rows = [line.split("|")[2] for line in own.read_text().splitlines() if line.startswith("| `")]
+    shown = [" ".join(row.split(" (")[0].split()) for row in rows]  # without the intervals
     printed = " ".join(done.stdout.split())
     assert len(shown) == 6 and [value for value in shown if value not in printed] == []
     ran = subprocess.run([PYTHON, "-c", "\n".join(python)], cwd=tmp_path, capture_output=True, text=True, env=path)
-    assert ran.stdout == blocks(own, "text")[-1] + in_the_loop, ran.stderr
+    assert ran.stdout.startswith(blocks(own, "text")[-1].split(",")[0]) and ran.stdout.endswith(in_the_loop), ran.stderr
     assert (tmp_path / "report.html").stat().st_size > 10_000
 
 
