@@ -62,7 +62,7 @@ def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = M
     except InputError:
         raise
     except FileNotFoundError:
-        step = f"{did_you_mean(os.path.basename(path), _names_beside(path))}Check the name and the folder."
+        step = f"{did_you_mean(os.path.basename(path), _folder_names(path))}Check the name and the folder."
         raise InputError(what, "missing", "", str(path), step) from None
     except OSError as error:
         advice = "Check the name and its permissions."
@@ -77,7 +77,7 @@ def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = M
     return file
 
 
-def _names_beside(path: str | os.PathLike) -> list[str]:
+def _folder_names(path: str | os.PathLike) -> list[str]:
     """The first thousand names in the folder of a path; none where there is no folder."""
     with suppress(OSError):
         return [each.name for each in islice(os.scandir(os.path.dirname(path) or os.curdir), 1000)]
