@@ -26,7 +26,7 @@ from ..strokes import cycle_span, stroke_speed
 from .binned_cycle import BETWEEN, COARSE, FINE, BinnedCycle, binned_cycles, recorded_punctures
 from .known_stiffness import refined_with, with_known
 from .model import (
-    behind_unseen,
+    behind_hidden,
     held_fixed,
     layered_settings,
     layers_in_words,
@@ -212,7 +212,7 @@ def identify_layered(
         held_out=tuple(_held_out(*each) for each in zip(best.others, best.solved.problem.cycles, usable)),
     )
     # without misfit, all but what only the law tells; with it, no interval is known to hold that of the tissue
-    unknown = parameters if misfit.found else behind_unseen(found)
+    unknown = parameters if misfit.found else behind_hidden(found)
     return with_not_identifiable(fit, [each for each in unknown if each not in known.known])
 
 

@@ -40,7 +40,7 @@ SCAN_STEP_MM = 0.02  # [mm] of the interval of a rupture
 SCAN_RANGE_MM = 1.5  # [mm] on each side
 NUMERICAL = 2.5e-4  # [of the peak] what the bins of the fit leave
 NOT_IN_TABLE = "Nothing in these recordings determines {}: not in the table of parameters."
-UNSEEN = "No puncture, a fall of the force, shows a rupture: {} are by the law and the whole cycle alone."
+HIDDEN = "No puncture, a fall of the force, shows a rupture: {} are by the law and the whole cycle alone."
 MAX_RESIDUAL_RATIO = 2.0  # over the median residual
 MAX_RESIDUAL = 0.1  # [of the peak] repeats of one specimen differ by less
 
@@ -236,14 +236,14 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     return tuple(held)
 
 
-def behind_unseen(ruptures: Ruptures) -> list[str]:
+def behind_hidden(ruptures: Ruptures) -> list[str]:
     """Names of the parameters of ruptures that no puncture shows, and of what is behind them: where a load ends and
     friction begins, the law alone tells then. Repeats that predict each other, with a puncture of one layer at least,
     show those of the others."""
     seen = [each.known for each in ruptures.scatter]
     predicted = any(seen) and ruptures.scatter[0].count >= MIN_REPEATS
-    unseen = [] if predicted else [prefix(layer) for layer, known in enumerate(seen) if not known]
-    return [start + name for start in unseen for name in ("puncture_depth", *OF_A_RUPTURE)]
+    hidden = [] if predicted else [prefix(layer) for layer, known in enumerate(seen) if not known]
+    return [start + name for start in hidden for name in ("puncture_depth", *OF_A_RUPTURE)]
 
 
 def not_identified(
@@ -251,8 +251,8 @@ def not_identified(
 ) -> tuple[str, ...]:
     """What these recordings cannot identify."""
     found = [NOT_IN_TABLE.format(", ".join(undetermined))] if undetermined else []
-    unseen = [name for name in behind_unseen(ruptures) if name in parameters]
-    found += [UNSEEN.format(", ".join(unseen))] if unseen else []
+    hidden = [name for name in behind_hidden(ruptures) if name in parameters]
+    found += [HIDDEN.format(", ".join(hidden))] if hidden else []
     found += [
         "Moduli and Poisson ratio of the tissue: recordings identify the stiffness of the contact; a modulus needs "
         "the tip too.",
