@@ -211,7 +211,7 @@ def identify_layered(
         surface=MM * float(ended.x[TOP]),
         held_out=tuple(_held_out(*each) for each in zip(best.others, best.solved.problem.cycles, usable)),
     )
-    # without misfit, all but what only the law tells; with it, no interval is known to hold that of the tissue
+    # without misfit, all but what only the law states; with it, no interval is known to hold that of the tissue
     unknown = parameters if misfit.found else behind_hidden(found)
     return with_not_identifiable(fit, [each for each in unknown if each not in known.known])
 

@@ -238,7 +238,7 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
 
 def behind_hidden(ruptures: Ruptures) -> list[str]:
     """Names of the parameters of ruptures that no puncture shows, and of what is behind them: where a load ends and
-    friction begins, the law alone tells then. Repeats that predict each other, with a puncture of one layer at least,
+    friction begins, the law alone states then. Repeats that predict each other, with a puncture of one layer at least,
     show those of the others."""
     seen = [each.known for each in ruptures.scatter]
     predicted = any(seen) and ruptures.scatter[0].count >= MIN_REPEATS
