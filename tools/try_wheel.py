@@ -47,7 +47,7 @@ class Failed(Exception):
 def contents_faults(wheel: Path) -> list[str]:
     """What a wheel lacks, or has too much, against the tree that it was made from."""
     with zipfile.ZipFile(wheel) as archive:
-        inside = set(archive.namelist())
+        inside = {each for each in archive.namelist() if not each.endswith("/")}
     information = {each for each in inside if each.split("/")[0].endswith(".dist-info")}
     modules = {
         each for each in inside if re.fullmatch(r"needleforce/core\.[\w.-]+\.(so|pyd)|needleforce/core\.pyd", each)
