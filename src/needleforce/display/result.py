@@ -59,11 +59,11 @@ class Printed:
 
 def with_drawing(shown: Markup, draw: Callable) -> Markup:
     """What a notebook shows, and below it the drawing ``draw(figure, sheet)``."""
-    from .canvas import FULL, svg
+    from .canvas import WITH_SIDE_CAPTION, svg
     from .page import script
 
-    drawing = svg("notebook", draw, FULL, 300.0, "The values are in the table.")
-    return join([shown, element("div", drawing, style="max-width: 60em; background: white"), script()])
+    drawing = svg("notebook", draw, WITH_SIDE_CAPTION, 230.0, "The values are in the table.")
+    return join([shown, element("div", drawing, style="max-width: 36em; background: white"), script()])
 
 
 class Result(Printed):
