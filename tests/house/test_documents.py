@@ -46,6 +46,12 @@ def test_the_readme_runs_and_draws(root, folder):
     assert (folder / "first.svg").stat().st_size > 5000
 
 
+def test_the_pictures_of_the_readme_are_drawn(root, tmp_path):
+    run([str(root / "examples" / "front_page.py"), "."], tmp_path)
+    for name in ("front", "steering", "layers"):
+        assert (tmp_path / f"{name}.svg").stat().st_size > 5000 and (root / "docs/figures" / f"{name}.svg").exists()
+
+
 def twin(root, tmp_path, name: str) -> str:
     """What an example says, the same in C++ and in Python."""
     binary, source = tmp_path / name, root / "examples" / f"{name}.cpp"

@@ -1,4 +1,4 @@
-"""The README's recording with the virtual rig, on free ports."""
+"""The recording with the virtual rig as its page shows it, on free ports."""
 
 import re
 import shlex
@@ -17,9 +17,9 @@ def output_of(line: str) -> str:
     return done.output
 
 
-def test_the_readme_records_an_insertion_and_identifies_it(root, tmp_path, monkeypatch):
-    readme = (root / "README.md").read_text(encoding="utf-8").replace("\\\n", "")
-    block = next(text for text in re.findall(r"```sh\n(.*?)```", readme, re.S) if "needleforce rig" in text)
+def test_the_page_records_an_insertion_and_identifies_it(root, tmp_path, monkeypatch):
+    page = (root / "docs" / "howto" / "try_a_rig.md").read_text(encoding="utf-8").replace("\\\n", "")
+    block = next(text for text in re.findall(r"```sh\n(.*?)```", page, re.S) if "needleforce rig" in text)
     rig, record, identify = block.splitlines()
     assert shlex.split(rig, comments=True) == ["needleforce", "rig"]  # test_rig_command runs it as a program
     monkeypatch.chdir(tmp_path)
@@ -30,6 +30,4 @@ def test_the_readme_records_an_insertion_and_identifies_it(root, tmp_path, monke
         assert "http://127.0.0.1:49154/" in record
         record = record.replace("http://127.0.0.1:49154/", f"http://127.0.0.1:{real.page_port}/")
         assert "insertion.mcap: done" in output_of(record)
-    for name in re.findall(r"src/\S+", identify):
-        identify = identify.replace(name, str(root / name))
     assert "puncture_force" in output_of(identify)
