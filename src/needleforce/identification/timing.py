@@ -249,10 +249,10 @@ def filter_of_the_fall(recording: Recording, events: Events) -> int:
     sharp = _unexplained(force, _broken(place, None, near[np.abs(near) < 1.0]))[0]
     if sharp < enough * len(place) * white_noise(recording.force) ** 2 / size:
         return 0
-    smeared, length = _least(force, partial(_averaged, place))
+    smeared, length = _closest(force, partial(_averaged, place))
     if not smeared * enough < sharp:
         return 0
-    if not all(smeared * enough < _least(force, partial(_broken, place, power=each))[0] for each in RUPTURES):
+    if not all(smeared * enough < _closest(force, partial(_broken, place, power=each))[0] for each in RUPTURES):
         return 0
     length = round(length * samples)
     return length if 0.5 * (length - 1) / recording.rate < MAX_LAG_S else 0
@@ -274,7 +274,7 @@ def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray,
     return (np.arange(len(force)) - before) * (size / length), force, length, size
 
 
-def _least(force: np.ndarray, columns: Callable) -> tuple[float, float]:
+def _closest(force: np.ndarray, columns: Callable) -> tuple[float, float]:
     """The least sum of squares [N²] that a course of the fall leaves of the force (n,), over its length and its start,
     and that length [of the fall]."""
     lengths, starts = LENGTHS, STARTS
