@@ -24,13 +24,14 @@ from ..files import atomic_write, checked_target, json_safe
 if TYPE_CHECKING:
     from ..acquisition.settings import Progress
 
+_NAME_WIDTH = 28  # of the longest name of a parameter or model
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
 _SIGNS = {"μ": "u", "±": "+-", "°": "deg", "–": "-", "−": "-", "·": "*", "÷": "/", "×": "x", "→": "->", "Δ": "d"}
 _TYPED = str.maketrans(_SIGNS | dict.fromkeys(map(chr, range(0x300, 0x370))))  # without accents
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a table on standard output; headings and cells are plain text, not markup."""
     from rich.console import Console
     from rich.table import Table
@@ -38,7 +39,11 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) 
 
     made = Table(title=Text(printable(title)), title_justify="left", title_style="bold", header_style="bold")
     for k, column in enumerate(columns):
-        made.add_column(Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default")
+        # the names in the first column are not broken where the terminal is narrow
+        width = min(_NAME_WIDTH, max((len(str(row[0])) for row in rows), default=0)) if k == 0 else None
+        made.add_column(
+            Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default", min_width=width
+        )
     for row in rows:
         made.add_row(*(Text(printable(str(cell))) for cell in row))
     Console(width=None if sys.stdout.isatty() else 160).print(made)

@@ -155,8 +155,11 @@ class Recording(Printed):
 
     @cached_property
     def rate(self) -> float:
-        """Median sampling rate [Hz]."""
-        return 1.0 / core.median_step(self.time)
+        """Median sampling rate [Hz]; of rounded stamps, whose steps alternate between two, by the mean step."""
+        steps, middle = np.diff(self.time), core.median_step(self.time)
+        near = steps[np.abs(steps - middle) < 0.5 * middle]
+        alternate = len(np.unique(np.round(near / middle, 6))) == 2
+        return 1.0 / (float(near.mean()) if alternate else middle)
 
     def between(
         self, *, time: tuple[float, float] | None = None, depth: tuple[float, float] | None = None
