@@ -11,6 +11,7 @@ from ...models.parameter_units import unit_of
 from ..diagnostics import (
     NO_MODEL,
     FitInputs,
+    as_segmented,
     is_saturated,
     misfit_warning,
     pooled_quality,
@@ -93,23 +94,15 @@ def _values(parameters: dict[str, Estimate], layer: int) -> dict[str, float]:
 
 def _recording(single: SegmentedRecording, found: InsertionFit | InputError, given: FitInputs) -> RecordingFit:
     """The result of one recording with its own model along its own motion."""
-    notes = (*single.notes, *(note.message for note in single.recording.notes))
-    base = RecordingFit(
-        file=single.recording.place,
-        status=single.status,
-        recording=single.recording,
-        events=single.events,
-        strokes=single.strokes,
-        notes=notes,
-    )
+    base = replace(as_segmented(single, single.notes), strokes=single.strokes)
     if isinstance(found, InputError):
-        return replace(base, notes=(str(found), *notes))
+        return replace(base, notes=(str(found), *base.notes))
     own = {name: _estimate(name, found) for name in found.values}
     rows = [_values(own, layer) for layer in range(found.layers)]
     try:
         model = stacked(rows, needle=given.needle)
     except InputError as error:
-        return replace(base, parameters=own, notes=(*notes, NO_MODEL.format(error)))
+        return replace(base, parameters=own, notes=(*base.notes, NO_MODEL.format(error)))
     predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth)
     predicted += own["force_offset"].value + single.drift.at(single.recording)
     inside = single.strokes.mask(len(predicted))
@@ -120,7 +113,7 @@ def _recording(single: SegmentedRecording, found: InsertionFit | InputError, giv
         layers=found,
         predicted=predicted,
         quality=residual,
-        notes=(*notes, *_missed(found, predicted, single)),
+        notes=(*base.notes, *_missed(found, predicted, single)),
     )
 
 
