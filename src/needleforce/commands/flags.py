@@ -125,10 +125,10 @@ def _presets(incomplete: str) -> list[str]:
 
 def _models(incomplete: str) -> list[str]:
     """Names of models, the last of several with commas."""
-    from ..identification.models import IDENTIFIED, SAME_FORCE
+    from ..identification.models import IDENTIFIED
 
     before, comma, last = incomplete.rpartition(",")
-    return [f"{before}{comma}{name}" for name in (*IDENTIFIED, *SAME_FORCE) if name.startswith(last)]
+    return [f"{before}{comma}{name}" for name in IDENTIFIED if name.startswith(last)]
 
 
 def _columns(incomplete: str) -> list[tuple[str, str]]:
