@@ -8,7 +8,7 @@ strong), where below the force of the layer before a contact begins, and where o
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ..one_layer.segmented_recording import SegmentedRecording
 from ..replay import punctures_of_layers
 from ..statistics.noise import TWO_SIDED, Noise, noise_of
 from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples, misfit_gain
-from .insertion_problem import POWER_LAW, SIZE, STEP_S, InsertionProblem, Scaled, problem_of
+from .insertion_problem import POWER_LAW, SIZE, STEP_S, InsertionProblem, Scaled, problem_of, stacked
 from .parameters import prefix
 
 DERIVATIVE_STEP = 1e-5  # of the scaled parameters
@@ -70,13 +70,53 @@ def lowest(name: str) -> float:
     return 1.0 if name.endswith("rupture_exponent") else 0.0
 
 
-def fit_insertion(single: SegmentedRecording, layers: int | None = None) -> InsertionFit:
-    """The layers of a recording, one for each puncture, or those with the largest drops.
+@dataclass(frozen=True, eq=False)
+class InsertionFits:
+    """The insertions that were solved and fitted with so many layers, each once: none depends on the others, so that
+    several sets of the same recordings may share them."""
 
-    Raises InputError where there are fewer punctures than ``layers``, or too few samples about one.
-    """
-    problem = problem_of(single, layers)
-    x, noise = _solved(problem)
+    solved: dict[tuple[SegmentedRecording, int], tuple[InsertionProblem, np.ndarray, Noise]] = field(
+        default_factory=dict
+    )
+    fitted: dict[tuple[SegmentedRecording, int], InsertionFit] = field(default_factory=dict)
+
+    def solution(self, single: SegmentedRecording, layers: int) -> tuple[InsertionProblem, np.ndarray, Noise]:
+        """Problem, least squares and noise of a recording; InputError as ``fit``."""
+        if (single, layers) not in self.solved:
+            problem = problem_of(single, layers)
+            self.solved[single, layers] = problem, *_solved(problem)
+        return self.solved[single, layers]
+
+    def fit(self, single: SegmentedRecording, layers: int) -> InsertionFit:
+        """The layers of a recording, those with the largest drops.
+
+        Raises InputError where there are fewer punctures than ``layers``, or too few samples about one.
+        """
+        if (single, layers) not in self.fitted:
+            self.fitted[single, layers] = _fitted(single, *self.solution(single, layers))
+        return self.fitted[single, layers]
+
+    def needed_layers(self, singles: list[SegmentedRecording], max_layers: int) -> int:
+        """How many of up to ``max_layers`` layers the insertions show: the layer with the smallest drop is left out,
+        one after another, as long as the evidence for it is not very strong. A false puncture gains no more than noise
+        of the same correlation lets its parameters gain; a rupture that is only not sharp is no second layer."""
+        return next((count for count in range(max_layers, 1, -1) if self._gain(singles, count) > VERY_STRONG_BIC), 1)
+
+    def _gain(self, singles: list[SegmentedRecording], layers: int) -> float:
+        """By how much the BIC of so many layers is lower than that of one layer less, correlated samples counted as
+        one."""
+        found = []
+        for single in (each for each in singles if len(each.events.punctures) >= layers and each.events.contact):
+            try:
+                more, fewer = (self.solution(single, count)[-1] for count in (layers, layers - 1))
+            except InputError:
+                continue
+            found.append(misfit_gain(more, fewer) - SIZE * math.log(independent_samples([more, fewer])))
+        return sum(found) if found else -math.inf
+
+
+def _fitted(single: SegmentedRecording, problem: InsertionProblem, x: np.ndarray, noise: Noise) -> InsertionFit:
+    """The values of a solved insertion with their intervals."""
     values, (half, spread) = values_of(problem, x), _half_widths(problem, x, noise)
     found = [values, *_other_answers(problem, x, noise), *_flat(problem, x, noise, values), *_hidden(problem, values)]
     found.append(_measured(problem, single, values))
@@ -87,25 +127,6 @@ def fit_insertion(single: SegmentedRecording, layers: int | None = None) -> Inse
     return InsertionFit(
         problem=problem, x=x, values=values, low=low, high=high, random=half, spread=spread, noise=noise
     )
-
-
-def needed_layers(singles: list[SegmentedRecording], max_layers: int) -> int:
-    """How many of up to ``max_layers`` layers the insertions show: the layer with the smallest drop is left out, one
-    after another, as long as the evidence for it is not very strong. A false puncture gains no more than noise of the
-    same correlation lets its parameters gain; a rupture that is only not sharp is no second layer."""
-    return next((count for count in range(max_layers, 1, -1) if _gain(singles, count) > VERY_STRONG_BIC), 1)
-
-
-def _gain(singles: list[SegmentedRecording], layers: int) -> float:
-    """By how much the BIC of so many layers is lower than that of one layer less, correlated samples counted as one."""
-    found = []
-    for single in (each for each in singles if len(each.events.punctures) >= layers and each.events.contact):
-        try:
-            more, fewer = (_solved(problem_of(single, count))[1] for count in (layers, layers - 1))
-        except InputError:
-            continue
-        found.append(misfit_gain(more, fewer) - SIZE * math.log(independent_samples([more, fewer])))
-    return sum(found) if found else -math.inf
 
 
 def _other_answers(problem: InsertionProblem, x: np.ndarray, noise: Noise) -> Iterator[dict[str, float]]:
@@ -172,7 +193,7 @@ def _solved(problem: InsertionProblem, start: np.ndarray | None = None) -> tuple
     return x, noise_of(residual, len(residual), problem.filter_length, float(len(x)))
 
 
-def peaks_of(model: Model) -> list[tuple[float, float]]:
+def _peaks_of(model: Model) -> list[tuple[float, float]]:
     """Depth [m] below the surface and force [N] of the peak of each layer: the largest force from its onset to the top
     of the next, between the depths of a grid."""
     tops = [layer.top for layer in model.layers]
@@ -200,9 +221,9 @@ def _vertex(x: np.ndarray, y: np.ndarray, k: int) -> tuple[float, float]:
 
 def values_of(problem: InsertionProblem, x: np.ndarray) -> dict[str, float]:
     """Every parameter by name, those of deeper layers with their prefix."""
-    model, surface = problem.model(x)
+    layers, surface = list(problem.values_of_layers(x)), problem.surface(x)
     found: dict[str, float] = {}
-    for k, (own, (depth, force)) in enumerate(zip(problem.values_of_layers(x), peaks_of(model))):
+    for k, (own, (depth, force)) in enumerate(zip(layers, _peaks_of(stacked(layers, problem.curve)))):
         top = own.pop("top")
         own |= {"puncture_depth": surface + depth, "puncture_indentation": depth - top, "puncture_force": force}
         found |= {f"{prefix(k)}top": top} if k else {"contact_depth": surface}
