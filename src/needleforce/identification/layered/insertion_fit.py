@@ -8,7 +8,8 @@ strong), where below the force of the layer before a contact begins, and where o
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -70,31 +71,34 @@ def lowest(name: str) -> float:
     return 1.0 if name.endswith("rupture_exponent") else 0.0
 
 
-@dataclass(frozen=True, eq=False)
 class InsertionFits:
-    """The insertions that were solved and fitted with so many layers, each once: none depends on the others, so that
+    """Solutions and fits of insertions with so many layers, each made once: no insertion depends on the others, so that
     several sets of the same recordings may share them."""
 
-    solved: dict[tuple[SegmentedRecording, int], tuple[InsertionProblem, np.ndarray, Noise]] = field(
-        default_factory=dict
-    )
-    fitted: dict[tuple[SegmentedRecording, int], InsertionFit] = field(default_factory=dict)
+    def __init__(self) -> None:
+        self.solution, self.fit = cache(_solution), cache(self._fit)
 
-    def solution(self, single: SegmentedRecording, layers: int) -> tuple[InsertionProblem, np.ndarray, Noise]:
-        """Problem, least squares and noise of a recording; InputError as ``fit``."""
-        if (single, layers) not in self.solved:
-            problem = problem_of(single, layers)
-            self.solved[single, layers] = problem, *_solved(problem)
-        return self.solved[single, layers]
-
-    def fit(self, single: SegmentedRecording, layers: int) -> InsertionFit:
+    def _fit(self, single: SegmentedRecording, layers: int) -> InsertionFit:
         """The layers of a recording, those with the largest drops.
 
         Raises InputError where there are fewer punctures than ``layers``, or too few samples about one.
         """
-        if (single, layers) not in self.fitted:
-            self.fitted[single, layers] = _fitted(single, *self.solution(single, layers))
-        return self.fitted[single, layers]
+        problem, x, noise = self.solution(single, layers)
+        values, (half, spread) = values_of(problem, x), _half_widths(problem, x, noise)
+        found = [
+            values,
+            *_other_answers(problem, x, noise),
+            *_flat(problem, x, noise, values),
+            *_hidden(problem, values),
+        ]
+        found.append(_measured(problem, single, values))
+        low, high = {}, {}
+        for name in values:
+            each = [one[name] for one in found if name in one]
+            low[name], high[name] = max(min(each) - half[name], lowest(name)), max(each) + half[name]
+        return InsertionFit(
+            problem=problem, x=x, values=values, low=low, high=high, random=half, spread=spread, noise=noise
+        )
 
     def needed_layers(self, singles: list[SegmentedRecording], max_layers: int) -> int:
         """How many of up to ``max_layers`` layers the insertions show: the layer with the smallest drop is left out,
@@ -113,20 +117,6 @@ class InsertionFits:
                 continue
             found.append(misfit_gain(more, fewer) - SIZE * math.log(independent_samples([more, fewer])))
         return sum(found) if found else -math.inf
-
-
-def _fitted(single: SegmentedRecording, problem: InsertionProblem, x: np.ndarray, noise: Noise) -> InsertionFit:
-    """The values of a solved insertion with their intervals."""
-    values, (half, spread) = values_of(problem, x), _half_widths(problem, x, noise)
-    found = [values, *_other_answers(problem, x, noise), *_flat(problem, x, noise, values), *_hidden(problem, values)]
-    found.append(_measured(problem, single, values))
-    low, high = {}, {}
-    for name in values:
-        each = [one[name] for one in found if name in one]
-        low[name], high[name] = max(min(each) - half[name], lowest(name)), max(each) + half[name]
-    return InsertionFit(
-        problem=problem, x=x, values=values, low=low, high=high, random=half, spread=spread, noise=noise
-    )
 
 
 def _other_answers(problem: InsertionProblem, x: np.ndarray, noise: Noise) -> Iterator[dict[str, float]]:
@@ -184,6 +174,12 @@ def _at_depth(values: dict[str, float], layer: int, depth: float) -> dict[str, f
     """The puncture of a layer at another depth [m]."""
     place, indentation = f"{prefix(layer)}puncture_depth", f"{prefix(layer)}puncture_indentation"
     return {place: depth, indentation: values[indentation] + depth - values[place]}
+
+
+def _solution(single: SegmentedRecording, layers: int) -> tuple[InsertionProblem, np.ndarray, Noise]:
+    """Problem, least squares and noise of a recording."""
+    problem = problem_of(single, layers)
+    return problem, *_solved(problem)
 
 
 def _solved(problem: InsertionProblem, start: np.ndarray | None = None) -> tuple[np.ndarray, Noise]:
