@@ -3,8 +3,10 @@
 
 import os
 import sys
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from .commands import (
     bench_tests,
@@ -26,13 +28,37 @@ from .commands import (
     steer,
     study,
 )
+from .commands.output import prepare_streams, say, typed
+
+
+class Commands(TyperGroup):
+    """The commands; a file or folder in the place of one is looked at."""
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """The command of the first argument, of which messages know what was typed."""
+        name, command, rest = self._resolved(ctx, args)
+        inner = getattr(command, "commands", {}).get(rest[0] if rest else "", command)
+        typed.begin(args, getattr(inner, "params", ()))
+        return name, command, rest
+
+    def _resolved(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """A path is no command: one that exists, or that has a folder or an ending."""
+        first = args[0]
+        if first == inspect.PLACE:
+            return "", self.commands[first], args[1:]
+        if first not in self.commands and (os.path.lexists(first) or os.path.basename(first) != first or "." in first):
+            return "", self.commands[inspect.PLACE], args
+        return super().resolve_command(ctx, args)
+
 
 app = typer.Typer(
+    cls=Commands,
     help="The force of a needle in soft tissue: simulate it, record it, and identify models from recordings.",
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
 )
+app.command(name=inspect.PLACE)(inspect.first_look)
 for command in (
     demo,
     inspect,
@@ -68,8 +94,7 @@ def about(version: bool = typer.Option(False, "--version", help="Print the versi
 
 
 def main() -> None:
-    """Run the command line; an InputError is printed as one line, without a traceback."""
-    from .commands.output import prepare_streams, say
+    """Run the command line; an InputError is printed as one line, without a traceback, and the command to paste."""
     from .errors import InputError
 
     prepare_streams()

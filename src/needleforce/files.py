@@ -10,11 +10,12 @@ import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 from xml.etree import ElementTree
 
-from .errors import InputError
+from .errors import InputError, did_you_mean
 
 MAX_RECORDING_BYTES = 1 << 31
 """Bytes of a recording: five hours at 1 kHz in text with twelve columns."""
@@ -40,6 +41,10 @@ _TOML_PARTS = re.compile(
     rb"|(?P<word>[\w+-]+)|(?P<dot>\.)|(?P<open>[\[{])|(?P<close>[\]}])|[ \t]+|(?P<other>.)",
     re.DOTALL,
 )
+# how msgspec words what a type does not have
+_UNKNOWN = re.compile(
+    r"(?:Object contains unknown field `(?P<key>[^`]*)`|Invalid value '(?P<value>[^']*)')(?: - at `\$(?P<place>.*)`)?"
+)
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")  # how a spreadsheet's formula begins, quoted or not
 _NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 
@@ -57,7 +62,8 @@ def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = M
     except InputError:
         raise
     except FileNotFoundError:
-        raise InputError(what, "missing", "", str(path), "Check the name and the folder.") from None
+        step = f"{did_you_mean(os.path.basename(path), _folder_names(path))}Check the name and the folder."
+        raise InputError(what, "missing", "", str(path), step) from None
     except OSError as error:
         advice = "Check the name and its permissions."
         raise InputError(what, "not readable", error.strerror or "", str(path), advice) from None
@@ -69,6 +75,13 @@ def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = M
         file.close()
         raise
     return file
+
+
+def _folder_names(path: str | os.PathLike) -> list[str]:
+    """The first thousand names in the folder of a path; none where there is no folder."""
+    with suppress(OSError):
+        return [each.name for each in islice(os.scandir(os.path.dirname(path) or os.curdir), 1000)]
+    return []
 
 
 def _check_regular(found: os.stat_result, path: str | os.PathLike, what: str, max_bytes: int) -> None:
@@ -155,7 +168,35 @@ def as_type(document: Any, kind: Any, what: str, next_step: str) -> Any:
     try:
         return msgspec.convert(document, type=kind)
     except (msgspec.ValidationError, OverflowError, RecursionError) as error:
-        raise InputError(what, limit=str(error), next_step=next_step) from None
+        raise InputError(what, limit=str(error), next_step=_proposal(kind, str(error)) or next_step) from None
+
+
+def _proposal(kind: Any, message: str) -> str:
+    """The keys or values that are known where a message names one that is not; empty for another message."""
+    import msgspec
+
+    if not (found := _UNKNOWN.match(message)):
+        return ""
+    path = re.findall(r"\w+|\[", found["place"] or "")
+    value = path.pop() if found["value"] else None
+    level = _parts(msgspec.inspect.type_info(kind))
+    for step in path:
+        inner = [each for each in level if isinstance(each, msgspec.inspect.StructType)]
+        fields = [field.type for each in inner for field in each.fields if field.encode_name == step]
+        level = level if step == "[" else [part for field in fields for part in _parts(field)]
+    structs = [each for each in level if isinstance(each, msgspec.inspect.StructType)]
+    if value is None:
+        known = dict.fromkeys(field.encode_name for each in structs for field in each.fields)
+        return did_you_mean(found["key"], known).rstrip()
+    known = [str(each.tag) for each in structs if each.tag_field == value]
+    return f"{did_you_mean(found['value'], known)}Known: {', '.join(known)}." if known else ""
+
+
+def _parts(kind: Any) -> list:
+    """The types that a type of msgspec is a choice or a list of."""
+    if hasattr(kind, "types"):
+        return [part for each in kind.types for part in _parts(each)]
+    return _parts(kind.item_type) if hasattr(kind, "item_type") else [kind]
 
 
 def _check_toml(text: bytes) -> None:

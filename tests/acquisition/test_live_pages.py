@@ -37,7 +37,8 @@ COMMANDS = typer.main.get_command(app).commands
 
 @pytest.fixture
 def page(root):
-    return lambda name: (root / "docs" / f"{name}.md").read_text(encoding="utf-8").replace("\\\n", " ")
+    folder = root / "docs" / "reference"
+    return lambda name: (folder / f"{name}.md").read_text(encoding="utf-8").replace("\\\n", " ")
 
 
 @pytest.fixture

@@ -177,15 +177,20 @@ def test_a_cycle_without_a_puncture_has_a_layered_model_that_says_what_is_lackin
     fit = nf.identify(run)
     assert fit.model.name == "identified_layered_yielding" and fit.quality.nrmse < 0.05
     assert "lack a puncture" in first(fit) and "puncture_force" not in fit.parameters
+    hidden = ("puncture_depth", "puncture_indentation", "friction_per_length")
+    given = [
+        known[name] for known in (fit.parameters, fit.recordings[0].parameters) for name in hidden if name in known
+    ]
+    assert len(given) >= len(hidden) and not any(each.identifiable for each in given)
     assert fit.predict(run).max() == pytest.approx(run.force[100:].max(), rel=0.05)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_what_presses_back_was_not_entered_and_the_reason_is_named_before_an_outlier(seed):
     fit = nf.identify(rounded(seed, friction=0.0, outlier=True))
-    assert fit.model is None and fit.recordings[0].notes[0] == "There is no puncture."
+    assert fit.identified_model is None and fit.recordings[0].notes[0] == "There is no puncture."
     with pytest.raises(nf.InputError, match="There is no puncture"):
-        fit.identified_model()
+        fit.model  # noqa: B018
 
 
 def test_held_out_forces_stay_with_their_recordings(monkeypatch):

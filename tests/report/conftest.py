@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Constructed fits, so that a report can be checked against the values in this file."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -96,7 +98,8 @@ def make_fit():
             ),
         )
         return Fit(
-            recordings=tuple(runs), parameters={each.name: each for each in estimates}, model=nf.preset("paper"),
+            recordings=tuple(runs), parameters={each.name: each for each in estimates},
+            identified_model=nf.preset("paper"),
             quality=Quality(0.0053, 0.0147, 0.991), warnings=("lateral forces are not small",),
             held_fixed=("tip half angle: 15°",),
             unknown=("The friction coefficient.",), choice=(Choice("cone", -100.0), Choice("cone_cylinder", -130.0)),
@@ -143,7 +146,9 @@ def layered_run(number: int) -> RecordingFit:
     recording = Recording(run.time, run.depth + CONTACT, run.velocity, force, {}, Card(source=f"run_{number}"), ())
     reached = (True, number != 2)
     own = {
-        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, identifiable=reached_it)
+        name: Estimate(
+            name, depth, "m", depth - 1e-4, depth + 1e-4 if reached_it else math.inf, identifiable=reached_it
+        )
         for name, depth, reached_it in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
     }
     quality = Quality(NOISE, NOISE / 1.7, 0.999)
@@ -183,7 +188,7 @@ def layered_fit():
     )  # fmt: skip
     runs = (layered_run(1), layered_run(2))
     return LayeredFit(
-        recordings=runs, parameters=found, model=model, quality=Quality(NOISE, 0.003, 0.999),
+        recordings=runs, parameters=found, identified_model=model, quality=Quality(NOISE, 0.003, 0.999),
         choice=(Choice("2 layers", -964.0), Choice("1 layer", -100.0)), settings=settings,
         ruptures=ruptures, population=model, population_contact=CONTACT,
     )  # fmt: skip

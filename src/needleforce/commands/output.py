@@ -2,24 +2,36 @@
 """Output of the commands: tables, text and JSON on standard output; messages, progress and a live view on standard
 error. Texts are made printable here, because parts of them come from files and devices."""
 
+import codecs
 import contextlib
 import json
 import os
+import re
+import shlex
 import sys
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from ..acquisition.settings import Progress
-from ..errors import printable
+import msgspec
+import typer
+
+from ..errors import InputError, printable
 from ..files import atomic_write, checked_target, json_safe
 
+if TYPE_CHECKING:
+    from ..acquisition.settings import Progress
+
+_NAME_WIDTH = 28  # of the longest name of a parameter or model
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
-REPORT_HELP = "Write a report as one HTML file."
+_SIGNS = {"μ": "u", "±": "+-", "°": "deg", "–": "-", "−": "-", "·": "*", "÷": "/", "×": "x", "→": "->", "Δ": "d"}
+_TYPED = str.maketrans(_SIGNS | dict.fromkeys(map(chr, range(0x300, 0x370))))  # without accents
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a table on standard output; headings and cells are plain text, not markup."""
     from rich.console import Console
     from rich.table import Table
@@ -27,15 +39,80 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) 
 
     made = Table(title=Text(printable(title)), title_justify="left", title_style="bold", header_style="bold")
     for k, column in enumerate(columns):
-        made.add_column(Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default")
+        # the names in the first column are not broken where the terminal is narrow
+        width = min(_NAME_WIDTH, max((len(str(row[0])) for row in rows), default=0)) if k == 0 else None
+        made.add_column(
+            Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default", min_width=width
+        )
     for row in rows:
         made.add_row(*(Text(printable(str(cell))) for cell in row))
     Console(width=None if sys.stdout.isatty() else 160).print(made)
 
 
+class TypedCommand:
+    """What the user typed, from which a message that names options makes the command to paste."""
+
+    def begin(self, arguments: Sequence[str] = (), parameters: Sequence[Any] = ()) -> None:
+        """A command begins, with these arguments, of these parameters."""
+        self._options = {word: each for each in parameters for word in each.opts if word.startswith("--")}
+        split = (word.split("=", 1) if word.split("=")[0] in self._options else [word] for word in arguments)
+        self._arguments, self._proposed = [part for word in split for part in word], set[str]()
+
+    def proposals(self, text: str) -> Iterator[str]:
+        """The command with the options of ``text`` that have values, those together that no word separates; none is
+        proposed twice."""
+        for found in _OPTIONS.finditer(text) if self._options else ():
+            words = self._words(found[0])
+            command = shlex.join(["needleforce", *self._with(words)])
+            if words and command not in self._proposed:
+                self._proposed.add(command)
+                yield command
+
+    def _words(self, text: str) -> list[str]:
+        """Options of this command with their values, as words; none where one is of another command or has no value."""
+        words: list[str] = []
+        given = iter([each[0].rstrip(".,;:)") for each in re.finditer(r"'[^']*'|\S+", text)])
+        for word in (each for each in given if each.startswith("--")):
+            option = self._options.get(word)
+            value = "" if option is None or option.is_flag else next(given, "")
+            if option is None or (word in self._arguments if option.is_flag else not _is_value(word, value)):
+                return []
+            words += [word] if option.is_flag else [word, value.strip("'")]
+        return words
+
+    def _with(self, words: list[str]) -> list[str]:
+        """The arguments with further options, which replace the same ones, of the same quantity."""
+        kept = list(self._arguments)
+        for word, value in pairwise([*words, ""]):
+            option, quantity = self._options.get(word), value.partition("=")[0]
+            for k in reversed(range(len(kept) - 1 if option and not option.is_flag else 0)):
+                if kept[k] == word and (not option.multiple or kept[k + 1].partition("=")[0] == quantity):
+                    del kept[k : k + 2]
+        end = kept.index("--") if "--" in kept else len(kept)
+        return kept[:end] + words + kept[end:]
+
+
+def _is_value(option: str, word: str) -> bool:
+    """Whether what follows an option in a message is its value: neither a word of the sentence, nor a word for what
+    the user has, nor a file to write, whose name a header may hold."""
+    shown = word in _CHOICES or re.search(r"['=./\d]", word) is not None
+    return shown and not _PLACEHOLDER.search(word) and (option not in _WRITING or word == "report.html")
+
+
+_OPTIONS = re.compile(r"--[a-z][\w-]*(?: (?:'[^']*'|(?!--)\S+))?(?: --[a-z][\w-]*(?: (?:'[^']*'|(?!--)\S+))?)*")
+_PLACEHOLDER = re.compile(r"\b(NAME|FILE|UNIT|TOPIC|JOINT|HOST)\b")
+_CHOICES = ("increasing", "decreasing")  # values that are plain words
+_WRITING = ("--json", "--report", "--save", "--csv", "--draws", "--table", "--figure", "--output", "--out", "--state")
+typed = TypedCommand()
+typed.begin()
+
+
 def say(text: str) -> None:
-    """Print a message on standard error."""
+    """Print a message on standard error; if it names options of the command, the whole command to paste with each, but
+    for an assumption: the option it names reverses it."""
     print(printable(text), file=sys.stderr)
+    for command in () if text.startswith("assumed: ") else typed.proposals(text):
+        print(f"  {printable(command)}", file=sys.stderr)
 
 
 def show(text: str) -> None:
@@ -45,13 +122,20 @@ def show(text: str) -> None:
 
 def prepare_streams() -> None:
     """Make the standard streams able to take any text: those that are closed lead nowhere, as the caller wants, and
-    what the terminal's encoding lacks is written as ``\\xb5``."""
+    what the terminal's encoding lacks is written as it would be typed, ``N/mm2``, or else as ``\\u2800``."""
+    codecs.register_error("needleforce", _typed)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
         elif hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors="needleforce")
+
+
+def _typed(error: UnicodeError) -> tuple[str, int]:
+    """A handler of encoding errors that writes with the characters of a plain keyboard."""
+    text = unicodedata.normalize("NFKD", error.object[error.start : error.end]).translate(_TYPED)
+    return text.encode("ascii", "backslashreplace").decode(), error.end
 
 
 def progress(work: Iterable[Any], text: str) -> Iterable[Any]:
@@ -106,10 +190,30 @@ def write_file(what: str, path: Path | None, write: Callable[[Path], None]) -> N
         say(f"{what}: {path}")
 
 
+class ReportFlags(msgspec.Struct, frozen=True, kw_only=True):
+    """The flags of a command that writes a report."""
+
+    report: Annotated[Path | None, typer.Option(help="Write a report as one HTML file.")] = None
+    open: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False
+
+    def check(self) -> Path | None:
+        """The report's file. Raises InputError for ``--open`` without one."""
+        if self.open and self.report is None:
+            raise InputError("--open", "given", "there is no report", next_step="Add --report report.html.")
+        return self.report
+
+    def write(self, write: Callable[[Path], None]) -> None:
+        """Write the report and open it, as the flags have it."""
+        write_file("report", self.report, write)
+        if self.open and self.report is not None:
+            import webbrowser
+
+            if not webbrowser.open(self.report.resolve().as_uri()):
+                say("no browser was found on this computer: open the report on another one")
+
+
 def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
     """Raise InputError, before any work, for an output that cannot be written, is an input, or is named twice."""
-    from ..errors import InputError
-
     taken = {Path(path).resolve(): "read" for path in inputs if path is not None}
     for path in outputs:
         if path is None or str(path) == "-":
@@ -122,8 +226,6 @@ def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
 
 def pairs(options: list[str], option: str) -> dict[str, str]:
     """Options such as ``force=fz`` as a dictionary."""
-    from ..errors import InputError
-
     for text in options:
         if "=" not in text:
             step = f"Write for example --{option} {EXAMPLES.get(option, 'time=us')}."
@@ -141,7 +243,7 @@ class Rates:
     def __init__(self):
         self._before: list[Progress] = []
 
-    def over_last_second(self, now: Progress) -> tuple[float | None, int]:
+    def over_last_second(self, now: "Progress") -> tuple[float | None, int]:
         """Rate and losses up to ``now``; the rate is None in the first call."""
         self._before.append(now)
         while len(self._before) > 2 and now.seconds - self._before[1].seconds >= 1.0:
@@ -151,7 +253,7 @@ class Rates:
         return (now.received - then.received) / span if span > 0.0 else None, now.lost - then.lost
 
 
-def facts(now: Progress, rate: float | None, lost: int) -> list[tuple[str, str]]:
+def facts(now: "Progress", rate: float | None, lost: int) -> list[tuple[str, str]]:
     """The displayed values as names and texts."""
     depth = "-" if now.depth is None else f"{1e3 * now.depth:8.2f} mm"
     return [
@@ -166,7 +268,7 @@ def facts(now: Progress, rate: float | None, lost: int) -> list[tuple[str, str]]
 
 
 @contextlib.contextmanager
-def live_view(plain: bool = False) -> Iterator[Callable[[Progress], None] | None]:
+def live_view(plain: bool = False) -> Iterator[Callable[["Progress"], None] | None]:
     """A view for ``record_run``: one line per second if ``plain``, a panel in a terminal, otherwise None."""
     if plain:
         yield _lines()
@@ -177,10 +279,10 @@ def live_view(plain: bool = False) -> Iterator[Callable[[Progress], None] | None
             yield view
 
 
-def _lines() -> Callable[[Progress], None]:
+def _lines() -> Callable[["Progress"], None]:
     rates, printed = Rates(), [-1]
 
-    def view(now: Progress) -> None:
+    def view(now: "Progress") -> None:
         rate, lost = rates.over_last_second(now)
         if int(now.seconds) > printed[0]:
             printed[0] = int(now.seconds)
@@ -190,7 +292,7 @@ def _lines() -> Callable[[Progress], None]:
 
 
 @contextlib.contextmanager
-def _panel() -> Iterator[Callable[[Progress], None]]:
+def _panel() -> Iterator[Callable[["Progress"], None]]:
     from rich.console import Console
     from rich.live import Live
     from rich.text import Text
@@ -198,7 +300,7 @@ def _panel() -> Iterator[Callable[[Progress], None]]:
     rates = Rates()
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
 
-        def view(now: Progress) -> None:
+        def view(now: "Progress") -> None:
             rate, lost = rates.over_last_second(now)
             text = Text()
             for name, value in facts(now, rate, lost):

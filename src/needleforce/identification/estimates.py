@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Identified quantities with their intervals, and the mean over repeats with the scatter between them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, asdict, dataclass, replace
 from itertools import combinations
 from math import isfinite, isnan, nan, sqrt
@@ -23,7 +23,7 @@ WITH_OWN_RULE = {"friction_bend", "presliding"}  # may be negative; identifiable
 WITHOUT_PRODUCT = {"contact_depth"}  # measured from an arbitrary zero: its products have no meaning
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Estimate:
     """One identified quantity with its interval, in SI units.
 
@@ -77,6 +77,9 @@ class Estimate:
         share = sum(self.systematic) / (self.high - self.low) if self.high > self.low else 0.0
         return "most" if share > 0.5 else "part" if share >= MIN_SHOWN_SHARE else ""
 
+    def __repr__(self) -> str:
+        return f"<Estimate {self.name}: {self.shown}{'' if self.identifiable else ', not identifiable'}>"
+
     def document(self) -> dict:
         """The fields, and ``random``, as tables and JSON have them."""
         return asdict(self) | {"random": self.random}
@@ -108,6 +111,7 @@ class Parameters(Printed, dict[str, Estimate]):
     It prints as a table of values with their intervals; in a notebook as the same table in HTML.
     """
 
+    __repr__ = Printed.__str__
     HEAD = ("quantity", f"value, {INTERVAL}", "systematic", "sd between repeats", "identifiable", "how obtained")
 
     def __getattr__(self, name: str) -> Estimate:
@@ -224,6 +228,14 @@ def is_meaningful(name: str, low: float, high: float, *, force: float, depth: fl
     if name in ("cutting_force", "force_offset"):
         return low > 0.0 or half < MAX_FORCE_SHARE * force
     return low > 0.0 or name in WITH_OWN_RULE
+
+
+def not_identifiable(parameters: Mapping[str, Estimate], names: Iterable[str]) -> dict[str, Estimate]:
+    """The parameters, those with these ``names`` as not identifiable."""
+    return {
+        **parameters,
+        **{name: replace(parameters[name], identifiable=False) for name in names if name in parameters},
+    }
 
 
 def pool(own: list[dict[str, Estimate]]) -> dict[str, Estimate]:

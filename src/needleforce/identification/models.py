@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import core
 from ..core import Needle, Tissue
-from ..errors import InputError
+from ..errors import InputError, did_you_mean
 from ..mechanics.buckling import equivalent_half_angle
 from ..mechanics.contact import contact
 from ..mechanics.foundation import LAWS, READINGS, friction_coefficient
@@ -73,7 +73,7 @@ def stiffness_law(name: str) -> str:
     """What is fitted under a model's name, a key of ``FITS``: its stiffness law, or the friction law of a bent
     shaft."""
     if name not in (*MODELS, *BENT, *GRADUAL):
-        step = f"Give one of {', '.join(IDENTIFIED)}."
+        step = f"{did_you_mean(name, IDENTIFIED)}Give one of {', '.join(IDENTIFIED)}."
         raise InputError("model", repr(name), "it cannot be identified", next_step=step)
     return MODELS.get(name, name)
 
@@ -92,6 +92,13 @@ def half_angle(needle: Needle | None) -> float:
 def needle_saturation(needle: Needle | None) -> float | None:
     """The depth [m] at which a cone on this needle's shank saturates; None for an unknown tip or needle."""
     if needle is None or needle.tip is None:
+        return None
+    tip, reach = needle.tip, needle.tip.end / needle.radius
+    if reach < 1.0 - 1e-9:
+        value = f"a {tip.name} that ends at a radius of {1e3 * tip.end:.4g} mm"
+        step = "Give a tip that reaches the shaft, or the diameter of the shaft behind the tip."
+        raise InputError("tip", value, f"inside the shaft's radius of {1e3 * needle.radius:.4g} mm", next_step=step)
+    if reach < 1.0 + 1e-9 and tip.end > tip.flat:  # as of a half sphere: the contact nears the shank at no finite depth
         return None
     return contact(needle.tip, contact_radius=needle.radius, reduced_modulus=1.0).depth
 

@@ -3,12 +3,15 @@
 not declared.
 
 A needle at rest in tissue that is withdrawn changes its force in the instant in which it moves, whatever the tissue.
-The samples of white noise are independent; those behind an average of n samples are not, up to n - 1 samples apart.
+The samples of white noise are independent; those behind an average of n samples are not, up to n - 1 samples apart. A
+sharp puncture behind such a filter is a straight fall over n samples.
 """
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -19,6 +22,7 @@ from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
 from .motion import DepthSignal, smoothed
 from .statistics.noise import SIGNIFICANT, TWO_SIDED, noise_of
+from .statistics.regression import VERY_STRONG_BIC
 from .strokes import own_spans
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
@@ -30,6 +34,10 @@ MIN_FOLLOWING = 1e-6  # mean square of the travel over its stretch
 FOLLOWED = 0.8  # of the change of the force
 MIN_REST_SAMPLES = 5
 MIN_FREE_SAMPLES = 100  # for the correlation of the noise
+MIN_FALL, MIN_FALL_BLOCKS, FALL_BLOCKS = 3, 12, 24  # samples of a fall that may be that of a filter, and their blocks
+LENGTHS, STARTS = np.geomspace(0.2, 1.6, 10), np.linspace(-0.6, 0.3, 10)  # [of the fall] of its course, from the peak
+FINER = np.linspace(-0.5, 0.5, 5)  # [steps of the grid] around the best of it
+RUPTURES = (1.0, 1.5, 2.0, 3.0, None)  # powers of gradual ones that a filter is compared with; None is a smooth step
 
 
 @dataclass(frozen=True)
@@ -55,36 +63,24 @@ class Lag:
     @property
     def significant(self) -> bool:
         """Whether no lag is excluded: noise leads to that less than once in a thousand recordings."""
-        return max(self.low, -self.high) > SIGNIFICANT * self.error
+        return not self.allows(0.0)
 
-
-def significant_lag(recording: Recording, events: Events, signal: DepthSignal) -> Lag | None:
-    """The lag at the start of the withdrawal after a hold, if it is significant and a tip that unloads at once does not
-    explain it, otherwise None.
-
-    Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
-    then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
-    follows is not known better than between these two, which give the range. The error is half the range of lags whose
-    sum of squares the noise allows, and a sample. No lag is outside the range of both if it is inside that of the
-    first, so that the second need not be looked at.
-    """
-    search = lag_search(recording, events, signal)
-    if search is None:
-        return None
-    first = search.best(linearly=True)
-    if abs(first[0]) <= SIGNIFICANT * search.error(first[1]):
-        return None
-    lag = _between([first, search.best(linearly=False)], search)
-    if lag is None or not lag.significant:
-        return None
-    return None if lag.time < 0.0 and search.unloads_at_once(lag.time) else lag
+    def allows(self, time: float) -> bool:
+        """Whether a lag of so much ``time`` [s] is not excluded, at the same level."""
+        return self.low - SIGNIFICANT * self.error <= time <= self.high + SIGNIFICANT * self.error
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LagSearch:
-    """What a search for a lag needs: ``time`` and ``force`` (n,) of the window, the times and the ``travel`` (m,) back
-    from the hold around it, the ``stretches`` that the noise of the depth leaves, the noise's ``correlation``, and the
-    ``resolution`` [s] of sampling and depth."""
+    """A search for the lag at the start of the withdrawal after a hold: ``time`` and ``force`` (n,) of the window, the
+    times and the ``travel`` (m,) back from the hold around it, the ``stretches`` that the noise of the depth leaves,
+    the noise's ``correlation``, and the ``resolution`` [s] of sampling and depth.
+
+    Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
+    then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
+    follows is not known better than between these two, which give the range. The error is half the range of lags whose
+    sum of squares the noise allows, and a sample.
+    """
 
     time: np.ndarray
     force: np.ndarray
@@ -93,6 +89,29 @@ class LagSearch:
     stretches: np.ndarray
     correlation: float
     resolution: float
+
+    @cached_property
+    def significant(self) -> Lag | None:
+        """The lag, if it is significant and a tip that unloads at once does not explain it, otherwise None. No lag is
+        outside the range of both if it is inside that of the first, so that the second need not be looked at."""
+        lag, half = self.linear
+        if abs(lag) <= SIGNIFICANT * self.error(half) or (found := self.possible) is None or not found.significant:
+            return None
+        return None if found.time < 0.0 and self.unloads_at_once(found.time) else found
+
+    @cached_property
+    def possible(self) -> Lag | None:
+        """The range of the lags, with the larger error; None for a lag beyond those that are searched."""
+        found = [self.linear, self.best(linearly=False)]
+        low, high = sorted(lag for lag, _ in found)
+        if not -MAX_LAG_S < low <= high < MAX_LAG_S:
+            return None
+        return Lag(low, high, self.error(max(half for _, half in found)))
+
+    @cached_property
+    def linear(self) -> tuple[float, float]:
+        """The best lag of a force that follows linearly."""
+        return self.best(linearly=True)
 
     def error(self, half: float) -> float:
         """Standard error [s] with half the range of lags that the noise allows."""
@@ -158,14 +177,6 @@ def lag_search(recording: Recording, events: Events, signal: DepthSignal) -> Lag
     )
 
 
-def _between(found: list[tuple[float, float]], search: LagSearch) -> Lag | None:
-    """The range of the lags and the larger error; None for a lag beyond those that are searched."""
-    low, high = sorted(lag for lag, _ in found)
-    if not -MAX_LAG_S < low <= high < MAX_LAG_S:
-        return None
-    return Lag(low, high, search.error(max(half for _, half in found)))
-
-
 def _window(recording: Recording, events: Events) -> np.ndarray | None:
     """Samples of the last part of the hold, and of the withdrawal until the force has followed by most of its change:
     then the needle slides, and the force follows the embedded length. None without enough of either."""
@@ -221,12 +232,98 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
     return length if straight and length >= 2 and abs(length - declared) > 0.25 * declared else 0
 
 
+def filter_of_the_fall(recording: Recording, events: Events) -> int:
+    """Length [samples] of an average filter that explains the fall at the first puncture better, by very strong
+    evidence, than a sharp and than a gradual rupture; 0 if none, or one that delays by more than any lag looked for.
+
+    Before and after the fall the force is a parabola and a line. The filter averages a step between them; a gradual
+    rupture goes over by exp(-(s / l)^m), as does any law of this package, or by a smooth step.
+    """
+    if recording.card.filter_length > 1 or not events.punctures:
+        return 0
+    place, force, samples, size = _fall(recording, events)
+    if len(place) < MIN_FALL_BLOCKS or not place[0] < -0.5 < 0.5 < place[-1]:
+        return 0
+    enough = math.exp(VERY_STRONG_BIC / len(place))
+    near = place[MIN_REST_SAMPLES:-MIN_REST_SAMPLES]
+    sharp = _unexplained(force, _broken(place, None, near[np.abs(near) < 1.0]))[0]
+    if sharp < enough * len(place) * white_noise(recording.force) ** 2 / size:
+        return 0
+    smeared, length = _closest(force, partial(_averaged, place))
+    if not smeared * enough < sharp:
+        return 0
+    if not all(smeared * enough < _closest(force, partial(_broken, place, power=each))[0] for each in RUPTURES):
+        return 0
+    length = round(length * samples)
+    return length if 0.5 * (length - 1) / recording.rate < MAX_LAG_S else 0
+
+
+def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray, int, int]:
+    """The fall at the first puncture with twice its length on both sides: place (n,) from the peak, over the length of
+    the fall, and force (n,) of blocks of samples; that length and the size of the blocks [samples]."""
+    first = events.punctures[0]
+    peak = int(np.searchsorted(recording.time, first.time))
+    ends = [span.first for phase in (Phase.hold, Phase.extraction) for span in own_spans(events, phase)]
+    ends += [each.low for each in events.punctures[1:2]]
+    length = first.end - peak
+    size = max(length // FALL_BLOCKS, 1)
+    before, after = min(2 * length, peak) // size, (min([peak + 3 * length, *ends]) - peak) // size
+    if length < MIN_FALL or after < 1:
+        return np.empty(0), np.empty(0), length, size
+    force = recording.force[peak - before * size : peak + after * size].reshape(-1, size).mean(axis=1)
+    return (np.arange(len(force)) - before) * (size / length), force, length, size
+
+
+def _closest(force: np.ndarray, columns: Callable) -> tuple[float, float]:
+    """The least sum of squares [N²] that a course of the fall leaves of the force (n,), over its length and its start,
+    and that length [of the fall]."""
+    lengths, starts = LENGTHS, STARTS
+    for _ in range(3):
+        grid = [each.ravel() for each in np.meshgrid(lengths, starts)]
+        squares, best = _unexplained(force, columns(*grid))
+        length = float(grid[0][best])
+        lengths, starts = length * (lengths[1] / lengths[0]) ** FINER, grid[1][best] + (starts[1] - starts[0]) * FINER
+    return squares, length
+
+
+def _averaged(place: np.ndarray, lengths: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Columns (k, n, 5) of a parabola before and a line behind a step at each of ``starts`` (k,), averaged over the
+    ``lengths`` (k,) up to each place (n,)."""
+    end, length = place - starts[:, None], lengths[:, None]
+    first = end - length
+    before = [(np.minimum(end, 0.0) ** p - np.minimum(first, 0.0) ** p) / (p * length) for p in (1, 2, 3)]
+    after = [(np.maximum(end, 0.0) ** p - np.maximum(first, 0.0) ** p) / (p * length) for p in (1, 2)]
+    return np.stack([*before, *after], axis=2)
+
+
+def _broken(
+    place: np.ndarray, lengths: np.ndarray | None, starts: np.ndarray, power: float | None = None
+) -> np.ndarray:
+    """Columns (k, n, 5) of a parabola that goes over into a line by a rupture at each of ``starts`` (k,): over
+    ``lengths`` (k,) with a ``power``, or by a smooth step; sharp without lengths."""
+    away = place - starts[:, None]
+    passed = np.maximum(away, 0.0) / lengths[:, None] if lengths is not None else (away > 0.0).astype(float)
+    step = np.minimum(passed, 1.0)
+    share = 1.0 - step**2 * (3.0 - 2.0 * step) if power is None else np.exp(-(passed**power))
+    left = 1.0 - share
+    return np.stack([share, share * away, share * away**2, left, left * away], axis=2)
+
+
+def _unexplained(force: np.ndarray, design: np.ndarray) -> tuple[float, int]:
+    """The least sum of squares [N²] that a design of (k, n, 5) leaves of the force (n,), and which of them."""
+    across = np.swapaxes(design, 1, 2)
+    values = np.linalg.solve(across @ design + 1e-9 * np.eye(design.shape[2]), (across @ force)[..., None])
+    squares = np.sum((force - (design @ values)[..., 0]) ** 2, axis=1)
+    return float(squares.min()), int(squares.argmin())
+
+
 @dataclass(frozen=True)
 class Timing:
-    """The significant ``lag`` between force and depth or None, the ``filter_length`` [samples] of an average filter
-    that is not declared or 0, and a sentence for each."""
+    """The significant ``lag`` between force and depth or None, with its ``search`` where there is one, the
+    ``filter_length`` [samples] of an average filter that is not declared or 0, and a sentence for each."""
 
     lag: Lag | None = None
+    search: LagSearch | None = None
     filter_length: int = 0
     notes: tuple[str, ...] = ()
 
@@ -243,7 +340,8 @@ def _play(recording: Recording, events: Events, lag: Lag) -> str:
 def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timing:
     """The lag between force and depth and the undeclared filter of a recording, with their sentences; ``signal`` is
     that of the undelayed depth."""
-    found, lag = [], significant_lag(recording, events, signal)
+    found, search = [], lag_search(recording, events, signal)
+    lag = None if search is None else search.significant
     if lag is not None:
         side = "behind" if lag.time > 0.0 else "ahead of"
         span = sorted(1e3 * abs(end) for end in (lag.low, lag.high))
@@ -258,4 +356,10 @@ def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timi
             f"The noise of the free travel is that behind an average filter of about {length} samples, declared are "
             f"{recording.card.filter_length}: declare it, so that its delay and its smearing are counted."
         )
-    return Timing(lag, length, tuple(found))
+    elif length := filter_of_the_fall(recording, events):
+        found.append(
+            f"The force falls at the puncture as a sharp rupture does behind an average filter of about {length} "
+            "samples, and none is declared: declare it, so that its delay and its smearing are counted. The intervals "
+            "of a model of one layer hold the values with and without it."
+        )
+    return Timing(lag, search, length, tuple(found))

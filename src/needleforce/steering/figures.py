@@ -23,19 +23,18 @@ TIPS = (
     "Circles: measured tips. Lines: predicted from the motion of the base and the rows before it moves; orange of "
     "steered insertions, grey of unsteered ones. Below: measured less predicted."
 )
+_SCALES = "Thin lines: the needle at some steps. Both directions across have one scale, the depth has its own."
 PLAN_PATH = (
-    "The path of the tip in three projections. Cross: target. Shade: 95 % region of the tip. Red: obstacles. The "
-    "scales of the axes differ."
+    f"The path of the tip in three projections. Cross: target. Shade: 95 % region of the tip. Red: obstacles. {_SCALES}"
 )
-RUN_PATH = (
-    "The path of the tip in three projections. Thin lines: the needle at some steps. Dashed: layer boundaries. The "
-    "scales of the axes differ."
+RUN_PATH = f"The path of the tip in three projections. Dashed: layer boundaries. {_SCALES}"
+IN_SPACE = (
+    "The needle in space at some steps, with one scale: x upwards, y obliquely and shortened by half, z to the right. "
+    "Orange: the path of the tip. Grey: the surface."
 )
 MOTION = "In each step the base first moves across and the needle rolls at rest, then it is pushed in."
-LOADS = (
-    "Axial force, + opposes insertion; it is 0 without a model of it. Lateral force and moment are those of the tissue "
-    "on the needle at its base."
-)
+AXIAL = "Axial force, + opposes insertion. "
+LOADS = "Lateral force and moment are those of the tissue on the needle at its base."
 _VIEWS = ((2, 0), (2, 1), (0, 1))  # horizontal and vertical axis of each projection
 _NAMES = ("x", "y", "z")
 _MARGINS = {"left": 46.0, "across": 46.0, "down": 50.0}
@@ -47,9 +46,16 @@ def run_path(path: np.ndarray, shapes: Sequence[np.ndarray], layers: Sequence[fl
     return Figure(name="path", draw=draw, heights=(230.0, 620.0), caption=RUN_PATH, alt=RUN_PATH)
 
 
-def plan_path(path: np.ndarray, tube: np.ndarray, obstacles: Sequence[Obstacle], target: np.ndarray) -> Figure:
-    """The path (n, 3) [m] of the tip with the radius (n,) [m] in which it is, past obstacles to the target (3,) [m]."""
-    draw = partial(plan_path_figure, path=path, tube=tube, obstacles=obstacles, target=target)
+def plan_path(
+    path: np.ndarray,
+    shapes: Sequence[np.ndarray],
+    tube: np.ndarray,
+    obstacles: Sequence[Obstacle],
+    target: np.ndarray,
+) -> Figure:
+    """The path (n, 3) [m] of the tip with the radius (n,) [m] in which it is, past obstacles to the target (3,) [m];
+    ``shapes`` are the needle at some steps."""
+    draw = partial(plan_path_figure, path=path, shapes=shapes, tube=tube, obstacles=obstacles, target=target)
     return Figure(name="path", draw=draw, heights=(230.0, 620.0), caption=PLAN_PATH, alt=PLAN_PATH)
 
 
@@ -59,10 +65,24 @@ def base_motion(motion: BaseMotion) -> Figure:
     return Figure(name="motion", draw=draw, heights=(230.0, 260.0), caption=MOTION, alt=MOTION)
 
 
+def in_space(
+    path: np.ndarray,
+    shapes: Sequence[np.ndarray],
+    obstacles: Sequence[Obstacle] = (),
+    target: np.ndarray | None = None,
+) -> Figure:
+    """The path (n, 3) [m] of the tip and the needle at some steps, past obstacles to a target (3,) [m]."""
+    caption = IN_SPACE + " Red: obstacles." * bool(obstacles) + " Cross: target." * (target is not None)
+    draw = partial(space_figure, path=path, shapes=shapes, obstacles=obstacles, target=target)
+    return Figure(name="space", draw=draw, heights=(160.0, 120.0), caption=caption, alt=caption)
+
+
 def loads(depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> Figure:
-    """Force (n,) [N] and wrench (n, 6) [N], [N m] over depth [m]."""
+    """Force (n,) [N] and wrench (n, 6) [N], [N m] over depth [m]; a force of 0 at all depths has no model."""
     draw = partial(loads_figure, depth=depth, force=force, wrench=wrench)
-    return Figure(name="loads", draw=draw, heights=(220.0, 600.0), caption=LOADS, alt=LOADS)
+    axial = bool(np.any(force))
+    caption = AXIAL * axial + LOADS
+    return Figure(name="loads", draw=draw, heights=(220.0, 600.0 if axial else 410.0), caption=caption, alt=caption)
 
 
 def tips(insertions: Sequence[tuple[TipPath, np.ndarray]]) -> Figure:
@@ -81,11 +101,19 @@ def draw_path(axes: "Axes", path: np.ndarray) -> tuple[str, str]:
 def _projections(figure: "Drawing", sheet: Sheet, path: np.ndarray) -> "Iterator[tuple[Axes, int, int]]":
     """Axes with the path, and the horizontal and vertical direction in each; what is drawn in them follows."""
     rows, columns = (3, 1) if sheet.narrow else (1, 3)
-    for axes, (over, up) in zip(panels(figure, sheet, rows, columns, _MARGINS).ravel(), _VIEWS):
-        axes.plot(1e3 * path[:, over], 1e3 * path[:, up], color=MODEL, lw=THICK, zorder=4)
+    every = [(axes, over, up) for axes, (over, up) in zip(panels(figure, sheet, rows, columns, _MARGINS).flat, _VIEWS)]
+    for axes, over, up in every:
+        axes.plot(1e3 * path[:, over], 1e3 * path[:, up], color=MODEL, lw=THICK, zorder=4, label="tip")
         yield axes, over, up
         axis_names(axes, f"{_NAMES[over]} [mm]", f"{_NAMES[up]} [mm]")
         axes.margins(0.08, 0.25)
+    across = [axes.get_ylim() for axes, *_ in every] + [every[-1][0].get_xlim()]
+    half = 0.5 * max(high - low for low, high in across)
+    for axes, *_ in every:
+        axes.set_ylim(*(np.mean(axes.get_ylim()) + np.array([-half, half])))
+    last = every[-1][0]
+    wide = half * last.bbox.width / last.bbox.height  # a millimetre is as long in both directions
+    last.set_xlim(*(np.mean(last.get_xlim()) + np.array([-wide, wide])))
 
 
 def run_path_figure(
@@ -93,16 +121,69 @@ def run_path_figure(
 ) -> None:
     """The path of the tip in three projections, with the needle at some steps and the depths of layers."""
     for axes, over, up in _projections(figure, sheet, path):
-        for shape in shapes:
-            axes.plot(1e3 * shape[:, over], 1e3 * shape[:, up], color=QUIET, lw=THIN)
+        _needles(axes, shapes, over, up)
         for top in layers if over == 2 else ():
             axes.axvline(1e3 * top, color=QUIET, lw=0.6, ls=(0, (4, 2)))
+
+
+def _needles(axes: "Axes", shapes: Sequence[np.ndarray], over: int, up: int) -> None:
+    for shape in shapes:
+        axes.plot(1e3 * shape[:, over], 1e3 * shape[:, up], color=QUIET, lw=THIN, label="needle")
+
+
+def space_figure(
+    figure: "Drawing",
+    sheet: Sheet,
+    path: np.ndarray,
+    shapes: Sequence[np.ndarray],
+    obstacles: Sequence[Obstacle],
+    target: np.ndarray | None,
+) -> None:
+    """Path, needle, obstacles and target in oblique projection with equal scales."""
+    from matplotlib.patches import Polygon
+    from scipy.spatial import ConvexHull
+
+    def seen(points: np.ndarray) -> np.ndarray:
+        """Points (n, 3) [m] in the plane of the drawing, (2, n) [mm]."""
+        x, y, z = 1e3 * np.asarray(points).T
+        return np.array([z - 0.35 * y, x + 0.35 * y])
+
+    axes = panels(figure, sheet)[0, 0]
+    reach = 1.2 * max(float(np.abs(path[:, :2]).max()), 0.06 * float(np.ptp(path[:, 2])))
+    corners = reach * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    axes.add_patch(Polygon(seen(corners).T, closed=True, color=QUIET, alpha=0.18, lw=0))
+    for outline in filter(len, map(_surface, obstacles)):
+        points = seen(outline).T
+        axes.add_patch(Polygon(points[ConvexHull(points).vertices], color=BLOCKED, alpha=0.25, lw=0))
+    for shape in shapes:
+        axes.plot(*seen(shape), color=QUIET, lw=THIN)
+    axes.plot(*seen(path), color=MODEL, lw=THICK)
+    if target is not None:
+        axes.plot(*seen(target[None]), marker="x", ms=7, mew=1.6, color=INK)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_yticks([])
+    axes.grid(False)
+    axes.spines["left"].set_visible(False)
+    axes.set_xlabel("z [mm]", loc="right")
+
+
+def _surface(obstacle: object) -> np.ndarray:
+    """Points (n, 3) [m] on the surface of a sphere or a box; none of a function."""
+    if isinstance(obstacle, Box):
+        return np.array([np.where(corner, obstacle.high, obstacle.low) for corner in np.ndindex(2, 2, 2)])
+    if not isinstance(obstacle, Sphere):
+        return np.empty((0, 3))
+    up, around = np.meshgrid(np.linspace(-1.0, 1.0, 33), np.linspace(0.0, 2.0 * np.pi, 33))
+    flat = np.sqrt(1.0 - up**2)
+    ball = np.stack([flat * np.cos(around), flat * np.sin(around), up], axis=-1).reshape(-1, 3)
+    return np.asarray(obstacle.center) + obstacle.radius * ball
 
 
 def plan_path_figure(
     figure: "Drawing",
     sheet: Sheet,
     path: np.ndarray,
+    shapes: Sequence[np.ndarray],
     tube: np.ndarray,
     obstacles: Sequence[Obstacle],
     target: np.ndarray,
@@ -112,6 +193,7 @@ def plan_path_figure(
 
     shown, radius = 1e3 * path, 1e3 * tube
     for axes, over, up in _projections(figure, sheet, path):
+        _needles(axes, shapes, over, up)
         if over == 2:
             ends = shown[:, up] - radius, shown[:, up] + radius
             axes.fill_between(shown[:, 2], *ends, color=MODEL, alpha=0.13, lw=0.0)
@@ -136,12 +218,12 @@ def _draw_obstacle(axes: "Axes", obstacle: object, over: int, up: int) -> None:
 
 def loads_figure(figure: "Drawing", sheet: Sheet, depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> None:
     """Axial force, lateral force and bending moment at the base over depth."""
-    curves = [
-        ("axial force [N]", [("", force)]),
+    curves = [("axial force [N]", [("", force)])] if np.any(force) else []
+    curves += [
         ("lateral force at the base [N]", [("x", wrench[:, 0]), ("y", wrench[:, 1])]),
         ("moment at the base [N mm]", [("about x", 1e3 * wrench[:, 3]), ("about y", 1e3 * wrench[:, 4])]),
     ]
-    rows, columns = (3, 1) if sheet.narrow else (1, 3)
+    rows, columns = (len(curves), 1) if sheet.narrow else (1, len(curves))
     for axes, (name, lines) in zip(panels(figure, sheet, rows, columns, _MARGINS).ravel(), curves):
         drawn = []
         for (label, values), colour in zip(lines, (MODEL, SECOND)):

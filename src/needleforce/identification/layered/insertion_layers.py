@@ -69,7 +69,7 @@ def identify_insertion_layers(
     return Fit(
         recordings=recordings,
         parameters=parameters,
-        model=model,
+        identified_model=model,
         quality=residual,
         warnings=(*misfit_warning(residual), *warnings_of(singles, model), *trouble),
         held_fixed=HELD,
