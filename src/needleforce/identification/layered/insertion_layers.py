@@ -17,6 +17,7 @@ from ..diagnostics import (
     quality,
     reference_of,
     settings_of,
+    unfitted,
     warnings_of,
 )
 from ..estimates import Estimate, is_meaningful, pool
@@ -97,23 +98,15 @@ def _values(parameters: dict[str, Estimate], layer: int) -> dict[str, float]:
 
 def _recording(single: SegmentedRecording, found: InsertionFit | InputError, given: FitInputs) -> RecordingFit:
     """The result of one recording with its own model along its own motion."""
-    notes = (*single.notes, *(note.message for note in single.recording.notes))
-    base = RecordingFit(
-        file=single.recording.place,
-        status=single.status,
-        recording=single.recording,
-        events=single.events,
-        strokes=single.strokes,
-        notes=notes,
-    )
+    base = replace(unfitted(single), strokes=single.strokes)
     if isinstance(found, InputError):
-        return replace(base, notes=(str(found), *notes))
+        return replace(base, notes=(str(found), *base.notes))
     own = {name: _estimate(name, found) for name in found.values}
     rows = [_values(own, layer) for layer in range(found.layers)]
     try:
         model = stacked(rows, needle=given.needle)
     except InputError as error:
-        return replace(base, parameters=own, notes=(*notes, NO_MODEL.format(error)))
+        return replace(base, parameters=own, notes=(*base.notes, NO_MODEL.format(error)))
     predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth)
     predicted += own["force_offset"].value + single.drift.at(single.recording)
     inside = single.strokes.mask(len(predicted))
@@ -124,7 +117,7 @@ def _recording(single: SegmentedRecording, found: InsertionFit | InputError, giv
         layers=found,
         predicted=predicted,
         quality=residual,
-        notes=(*notes, *_missed(found, predicted, single)),
+        notes=(*base.notes, *_missed(found, predicted, single)),
     )
 
 
