@@ -9,11 +9,11 @@ sys.path.insert(0, str(Path(__file__).parent))  # for law_pages and mathml
 project = "needleforce"
 author = "The needleforce developers"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_gallery.gen_gallery"]
-extensions += ["law_pages", "api_reference", "mathml", "notebook_files"]
+extensions += ["law_pages", "api_reference", "program_reference", "mathml", "notebook_files"]
 html_theme = "furo"
 html_title = "needleforce"
 html_static_path = ["_static"]
-html_css_files = ["law_pages.css", "notebooks.css"]
+html_css_files = ["law_pages.css", "notebooks.css", "pages.css"]
 html_show_copyright = False
 html_math_renderer = "mathml"
 exclude_patterns = ["figures", "gallery/pictures/*.py", "gallery/pictures/sg_execution_times.rst", "tutorials/files"]

@@ -65,11 +65,15 @@ def names_of(models: str) -> list[str]:
 
 
 def _show(rows: "Sequence[ModelRow]", quiet: bool) -> None:
+    from ..display.quantities import DASH
     from ..identification.comparison import MODELS, floor_words, model_rows
 
     if quiet:
         return
-    table("models, best first; ÷: error relative to the mean of the other repeats", MODELS, model_rows(rows))
+    cells = model_rows(rows)
+    known = [k for k in range(len(MODELS)) if any(row[k] not in ("", DASH) for row in cells)]
+    heads, shown = [MODELS[k] for k in known], [[row[k] for k in known] for row in cells]
+    table("models, best first; ÷: error relative to the mean of the other repeats", heads, shown)
     say(floor_words(rows))
     for row in rows:
         for sentence in row.notes:

@@ -24,13 +24,14 @@ from ..files import atomic_write, checked_target, json_safe
 if TYPE_CHECKING:
     from ..acquisition.settings import Progress
 
+_NAME_WIDTH = 28  # of the longest name of a parameter or model
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
 _SIGNS = {"μ": "u", "±": "+-", "°": "deg", "–": "-", "−": "-", "·": "*", "÷": "/", "×": "x", "→": "->", "Δ": "d"}
 _TYPED = str.maketrans(_SIGNS | dict.fromkeys(map(chr, range(0x300, 0x370))))  # without accents
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a table on standard output; headings and cells are plain text, not markup."""
     from rich.console import Console
     from rich.table import Table
@@ -38,7 +39,11 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) 
 
     made = Table(title=Text(printable(title)), title_justify="left", title_style="bold", header_style="bold")
     for k, column in enumerate(columns):
-        made.add_column(Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default")
+        # the names in the first column are not broken where the terminal is narrow
+        width = min(_NAME_WIDTH, max((len(str(row[0])) for row in rows), default=0)) if k == 0 else None
+        made.add_column(
+            Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default", min_width=width
+        )
     for row in rows:
         made.add_row(*(Text(printable(str(cell))) for cell in row))
     Console(width=None if sys.stdout.isatty() else 160).print(made)
@@ -51,7 +56,7 @@ class TypedCommand:
         """A command begins, with these arguments, of these parameters."""
         self._options = {word: each for each in parameters for word in each.opts if word.startswith("--")}
         split = (word.split("=", 1) if word.split("=")[0] in self._options else [word] for word in arguments)
-        self._arguments, self._proposed = [part for word in split for part in word], set[str]()
+        self.arguments, self._proposed = [part for word in split for part in word], set[str]()
 
     def proposals(self, text: str) -> Iterator[str]:
         """The command with the options of ``text`` that have values, those together that no word separates; none is
@@ -70,14 +75,14 @@ class TypedCommand:
         for word in (each for each in given if each.startswith("--")):
             option = self._options.get(word)
             value = "" if option is None or option.is_flag else next(given, "")
-            if option is None or (word in self._arguments if option.is_flag else not _is_value(word, value)):
+            if option is None or (word in self.arguments if option.is_flag else not _is_value(word, value)):
                 return []
             words += [word] if option.is_flag else [word, value.strip("'")]
         return words
 
     def _with(self, words: list[str]) -> list[str]:
         """The arguments with further options, which replace the same ones, of the same quantity."""
-        kept = list(self._arguments)
+        kept = list(self.arguments)
         for word, value in pairwise([*words, ""]):
             option, quantity = self._options.get(word), value.partition("=")[0]
             for k in reversed(range(len(kept) - 1 if option and not option.is_flag else 0)):

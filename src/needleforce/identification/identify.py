@@ -24,7 +24,7 @@ from .diagnostics import (
     unknown,
     warnings_of,
 )
-from .estimates import Estimate, identified_together, pool
+from .estimates import Estimate, identified_together, not_identifiable, pool
 from .model_choice import (
     choice_of,
     cycle_evidence,
@@ -61,7 +61,7 @@ from .one_layer.model_errors import with_misfit_below, with_shared_readings
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .repeats import paired
-from .result import Fit
+from .result import Fit, with_not_identifiable
 from .strokes import presliding_of
 
 Progress = Callable[[Any, str], Any]
@@ -77,7 +77,7 @@ LAYERED_BY_DEFAULT = (
 LAYERED_WITHOUT_PUNCTURE = (
     "The model is layered_yielding: the recordings lack a puncture, a fall of the force beyond noise and texture, "
     "which a model of one layer needs, but the tissue holds the needle in the withdrawal. Rupture depths are by the "
-    "whole cycle; there is no measured puncture force."
+    "whole cycle and its law: they are not identified, nor what is behind them."
 )
 LAYERS_BY_PUNCTURES = (
     f"The model is {GRADUAL_LAYERS}: there is more than one puncture and no withdrawal, and no model of one layer "
@@ -242,7 +242,8 @@ def _with_layers(
         return fit
     layered = with_one_layer_parameters(layered, fit)
     if fit.identified_model is None:
-        reason = LAYERED_BY_DEFAULT if punctured else LAYERED_WITHOUT_PUNCTURE
+        found = any(single.events.punctures for single in singles)  # of a recording that has no fit, too
+        reason = LAYERED_BY_DEFAULT if found else LAYERED_WITHOUT_PUNCTURE
         return dataclasses.replace(layered, warnings=(reason, *layered.warnings))
     evidence = cycle_evidence(fit, layered, singles, len(layered.parameters))
     if evidence is None:
@@ -315,11 +316,8 @@ def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
     sentence = evidence.sentence(model_called(one.choice[0].name), fit.settings.layers)
     if evidence.for_layers:
         return dataclasses.replace(fit, warnings=(*fit.warnings, sentence))
-    known = {
-        name: dataclasses.replace(each, identifiable=each.identifiable and not name.startswith("layer_"))
-        for name, each in fit.parameters.items()
-    }
-    return dataclasses.replace(fit, parameters=known, warnings=(sentence, *fit.warnings))
+    fit = dataclasses.replace(fit, warnings=(sentence, *fit.warnings))
+    return with_not_identifiable(fit, [name for name in fit.parameters if name.startswith("layer_")])
 
 
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
@@ -366,8 +364,7 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
     found = estimates_of(fit, len(strokes.depth_out) > 0)
     match = puncture_match(fit, peak)
     if match is not None and not match.met:
-        of_law = found.keys() & set(FITS[law].parameters)
-        found |= {name: dataclasses.replace(found[name], identifiable=False) for name in of_law}
+        found = not_identifiable(found, FITS[law].parameters)
     found |= {} if peak is None else {"puncture_force": peak.estimate(fit)}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:

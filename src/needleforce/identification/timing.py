@@ -9,8 +9,9 @@ sharp puncture behind such a filter is a straight fall over n samples.
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -34,8 +35,9 @@ FOLLOWED = 0.8  # of the change of the force
 MIN_REST_SAMPLES = 5
 MIN_FREE_SAMPLES = 100  # for the correlation of the noise
 MIN_FALL, MIN_FALL_BLOCKS, FALL_BLOCKS = 3, 12, 24  # samples of a fall that may be that of a filter, and their blocks
-LENGTHS, STARTS = np.geomspace(0.4, 1.6, 15), np.linspace(-0.3, 0.3, 13)  # [of the fall] of a filter, from the peak
-RUPTURE_LENGTHS, RUPTURE_POWERS = np.geomspace(0.15, 1.2, 10), (1.0, 1.5, 2.0, 3.0)  # that it is compared with
+LENGTHS, STARTS = np.geomspace(0.2, 1.6, 10), np.linspace(-0.6, 0.3, 10)  # [of the fall] of its course, from the peak
+FINER = np.linspace(-0.5, 0.5, 5)  # [steps of the grid] around the best of it
+RUPTURES = (1.0, 1.5, 2.0, 3.0, None)  # powers of gradual ones that a filter is compared with; None is a smooth step
 
 
 @dataclass(frozen=True)
@@ -244,18 +246,15 @@ def filter_of_the_fall(recording: Recording, events: Events) -> int:
         return 0
     enough = math.exp(VERY_STRONG_BIC / len(place))
     near = place[MIN_REST_SAMPLES:-MIN_REST_SAMPLES]
-    sharp = _unexplained(force, _broken(place, near[np.abs(near) < 1.0], 0.0, 1.0))[0]
+    sharp = _unexplained(force, _broken(place, None, near[np.abs(near) < 1.0]))[0]
     if sharp < enough * len(place) * white_noise(recording.force) ** 2 / size:
         return 0
-    lengths, starts = (each.ravel() for each in np.meshgrid(LENGTHS, STARTS))
-    smeared, best = _unexplained(force, _averaged(place, lengths, starts))
+    smeared, length = _closest(force, partial(_averaged, place))
     if not smeared * enough < sharp:
         return 0
-    ruptures = [_broken(place, STARTS, length, power) for length in RUPTURE_LENGTHS for power in RUPTURE_POWERS]
-    ruptures += [_broken(place, starts - 0.3, length, None) for length in LENGTHS for starts in (STARTS, STARTS + 0.3)]
-    if not smeared * enough < _unexplained(force, np.concatenate(ruptures))[0]:
+    if not all(smeared * enough < _closest(force, partial(_broken, place, power=each))[0] for each in RUPTURES):
         return 0
-    length = round(float(lengths[best]) * samples)
+    length = round(length * samples)
     return length if 0.5 * (length - 1) / recording.rate < MAX_LAG_S else 0
 
 
@@ -275,6 +274,18 @@ def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray,
     return (np.arange(len(force)) - before) * (size / length), force, length, size
 
 
+def _closest(force: np.ndarray, columns: Callable) -> tuple[float, float]:
+    """The least sum of squares [N²] that a course of the fall leaves of the force (n,), over its length and its start,
+    and that length [of the fall]."""
+    lengths, starts = LENGTHS, STARTS
+    for _ in range(3):
+        grid = [each.ravel() for each in np.meshgrid(lengths, starts)]
+        squares, best = _unexplained(force, columns(*grid))
+        length = float(grid[0][best])
+        lengths, starts = length * (lengths[1] / lengths[0]) ** FINER, grid[1][best] + (starts[1] - starts[0]) * FINER
+    return squares, length
+
+
 def _averaged(place: np.ndarray, lengths: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """Columns (k, n, 5) of a parabola before and a line behind a step at each of ``starts`` (k,), averaged over the
     ``lengths`` (k,) up to each place (n,)."""
@@ -285,11 +296,13 @@ def _averaged(place: np.ndarray, lengths: np.ndarray, starts: np.ndarray) -> np.
     return np.stack([*before, *after], axis=2)
 
 
-def _broken(place: np.ndarray, starts: np.ndarray, length: float, power: float | None) -> np.ndarray:
-    """Columns (k, n, 5) of a parabola that goes over into a line by a rupture at each of ``starts`` (k,): sharp without
-    a ``length``, and a smooth step without a ``power``."""
+def _broken(
+    place: np.ndarray, lengths: np.ndarray | None, starts: np.ndarray, power: float | None = None
+) -> np.ndarray:
+    """Columns (k, n, 5) of a parabola that goes over into a line by a rupture at each of ``starts`` (k,): over
+    ``lengths`` (k,) with a ``power``, or by a smooth step; sharp without lengths."""
     away = place - starts[:, None]
-    passed = np.maximum(away, 0.0) / length if length > 0.0 else np.where(away > 0.0, np.inf, 0.0)
+    passed = np.maximum(away, 0.0) / lengths[:, None] if lengths is not None else (away > 0.0).astype(float)
     step = np.minimum(passed, 1.0)
     share = 1.0 - step**2 * (3.0 - 2.0 * step) if power is None else np.exp(-(passed**power))
     left = 1.0 - share

@@ -20,12 +20,13 @@ from ..estimates import Correlations
 from ..models import LAYERED, run_model, with_ruptures, with_stiffer_contact
 from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
-from ..result import Fit
+from ..result import Fit, with_not_identifiable
 from ..settings import Choice, LayeredSettings
 from ..strokes import cycle_span, stroke_speed
 from .binned_cycle import BETWEEN, COARSE, FINE, BinnedCycle, binned_cycles, recorded_punctures
 from .known_stiffness import refined_with, with_known
 from .model import (
+    behind_hidden,
     held_fixed,
     layered_settings,
     layers_in_words,
@@ -185,11 +186,11 @@ def identify_layered(
     found = ruptures(ended)
     own = {single: _recording(single, run, ended, given) for run, single in enumerate(usable)}
     misfit, undecided = misfit_of(ended, own), undecided_saturations(best.solved)
-    known = replace(uncertainty_of(ended), undecided=undecided, refuted=misfit.found)
+    known = replace(uncertainty_of(ended), undecided=undecided)
     parameters = known.estimates()
     model, trouble = _model(ended, found, given, usable)
     recordings = tuple(own.get(single) or _without_values(single) for single in singles)
-    return LayeredFit(
+    fit = LayeredFit(
         recordings=recordings,
         parameters=parameters,
         identified_model=model,
@@ -197,7 +198,7 @@ def identify_layered(
         warnings=(*warnings_of(singles, model), *trouble, *warnings_on(ended, recordings, misfit)),
         held_fixed=held_fixed(ended),
         unknown=(
-            *not_identified(ended, parameters, known.undetermined),
+            *not_identified(ended, parameters, known.undetermined, found),
             *(() if misfit.found else known.correlations().sentences()),  # of intervals that hold nothing
         ),
         choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
@@ -210,6 +211,9 @@ def identify_layered(
         surface=MM * float(ended.x[TOP]),
         held_out=tuple(_held_out(*each) for each in zip(best.others, best.solved.problem.cycles, usable)),
     )
+    # without misfit, all but what only the law states; with it, no interval is known to hold that of the tissue
+    unknown = parameters if misfit.found else behind_hidden(found)
+    return with_not_identifiable(fit, [each for each in unknown if each not in known.known])
 
 
 def _searched(usable: list[SegmentedRecording], form: str, count: int, grown: Grown) -> Iterator[Solved]:
