@@ -29,7 +29,7 @@ suppress_warnings = ["myst.xref_missing", "ref.python", "toc.empty_glob"]  # a t
 # The notebooks of tutorials/ run in the build, and one that fails ends it. They write into a folder of their own.
 nb_execution_mode = "force"
 nb_execution_in_temp = True
-nb_execution_timeout = 120  # s for a cell
+nb_execution_timeout = 600  # s for a cell, also on a busy computer
 nb_execution_raise_on_error = True
 nb_ipywidgets_js = {}  # there are none, and their scripts would come from the network
 
