@@ -54,8 +54,8 @@ class SteeringModel:
         return bevel_direction(self.values) if self.values else 0.0
 
     def insertion(self, axial: Model | None = None, **options: Any) -> FlexibleInsertion:
-        """A needle in space with the identified tissue and guide, or the insertion that was given; ``roll`` is the roll at
-        which it was inserted.
+        """A needle in space with the identified tissue and guide, or the given insertion; ``roll`` is the roll at which
+        it was inserted.
 
         Parameters
         ----------
