@@ -10,3 +10,4 @@ for estimate in fit.parameters.values():
 insertion = nf.Insertion(fit.model)  # the identified model, one cycle of a control loop at a time
 print(f"force at a depth of 1 mm: {insertion.step(1e-3, 3e-3, 1e-3).force:.4f} N")
 fit.plot().figure.savefig("first.svg")
+print("wrote first.svg")

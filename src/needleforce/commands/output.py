@@ -56,7 +56,7 @@ class TypedCommand:
         """A command begins, with these arguments, of these parameters."""
         self._options = {word: each for each in parameters for word in each.opts if word.startswith("--")}
         split = (word.split("=", 1) if word.split("=")[0] in self._options else [word] for word in arguments)
-        self._arguments, self._proposed = [part for word in split for part in word], set[str]()
+        self.arguments, self._proposed = [part for word in split for part in word], set[str]()
 
     def proposals(self, text: str) -> Iterator[str]:
         """The command with the options of ``text`` that have values, those together that no word separates; none is
@@ -75,14 +75,14 @@ class TypedCommand:
         for word in (each for each in given if each.startswith("--")):
             option = self._options.get(word)
             value = "" if option is None or option.is_flag else next(given, "")
-            if option is None or (word in self._arguments if option.is_flag else not _is_value(word, value)):
+            if option is None or (word in self.arguments if option.is_flag else not _is_value(word, value)):
                 return []
             words += [word] if option.is_flag else [word, value.strip("'")]
         return words
 
     def _with(self, words: list[str]) -> list[str]:
         """The arguments with further options, which replace the same ones, of the same quantity."""
-        kept = list(self._arguments)
+        kept = list(self.arguments)
         for word, value in pairwise([*words, ""]):
             option, quantity = self._options.get(word), value.partition("=")[0]
             for k in reversed(range(len(kept) - 1 if option and not option.is_flag else 0)):

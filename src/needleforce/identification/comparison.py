@@ -30,7 +30,7 @@ from ..display.canvas import (
 )
 from ..display.markup import Markup, element, join, listing, table
 from ..display.page import Figure, Page, definitions, section
-from ..display.quantities import DASH, counted, plain
+from ..display.quantities import DASH, counted, percent, plain
 from ..display.result import Result
 from .cross_validation import DEPTH_TOLERANCE, MIN_OTHERS, SPEED_TOLERANCE, CrossValidation, HeldOut
 from .report.words import file_name
@@ -143,7 +143,7 @@ class Comparison(Result, tuple[ModelRow, ...]):
         best = min((row.evidence for row in self if np.isfinite(row.evidence)), default=np.nan)
         rows = [
             (
-                row.model, plain(row.prediction, "1"), plain(row.replay, "1"), plain(row.nrmse, "1"),
+                row.model, plain(row.prediction, "1"), plain(row.replay, "1"), percent(row.nrmse),
                 f"+{row.evidence - best:.1f}" if row.evidence > best else "lowest" if row.evidence == best else DASH,
                 str(row.parameters), _verdict(k, row),
             )

@@ -77,8 +77,11 @@ class Estimate:
         share = sum(self.systematic) / (self.high - self.low) if self.high > self.low else 0.0
         return "most" if share > 0.5 else "part" if share >= MIN_SHOWN_SHARE else ""
 
+    def __str__(self) -> str:
+        return f"{self.name}: {self.shown}{'' if self.identifiable else ', not identifiable'}"
+
     def __repr__(self) -> str:
-        return f"<Estimate {self.name}: {self.shown}{'' if self.identifiable else ', not identifiable'}>"
+        return f"<Estimate {self}>"
 
     def document(self) -> dict:
         """The fields, and ``random``, as tables and JSON have them."""
