@@ -86,14 +86,14 @@ def reference_of(singles: list[SegmentedRecording]) -> str:
     return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
 
 
-def as_segmented(single: SegmentedRecording, notes: tuple[str, ...]) -> RecordingFit:
-    """One recording without parameters, with ``notes`` before those of its reading."""
+def unfitted(single: SegmentedRecording) -> RecordingFit:
+    """One recording as it was segmented, without parameters."""
     return RecordingFit(
         file=single.recording.place,
         status=single.status,
         recording=single.recording,
         events=single.events,
-        notes=(*notes, *(note.message for note in single.recording.notes)),
+        notes=single.notes + tuple(note.message for note in single.recording.notes),
     )
 
 
@@ -102,16 +102,19 @@ def recording_fit(
 ) -> RecordingFit:
     """The result of one recording with its own model along its own motion; ``refused`` is a note on its second pass."""
     of_law = single.law_notes.get(law, ())
-    reason_first = single.notes + of_law if own else of_law + single.notes
-    notes = (*reason_first, refused) if refused else reason_first
-    base = dataclasses.replace(as_segmented(single, notes), parameters=own)
+    notes = (
+        *(single.notes + of_law if own else of_law + single.notes),  # the reason first
+        *((refused,) if refused else ()),
+        *(note.message for note in single.recording.notes),
+    )
+    base = dataclasses.replace(unfitted(single), parameters=own, notes=notes)
     if not own:
         return base
     base = dataclasses.replace(base, cycle=single.fits[law], strokes=single.strokes)
     try:
         model = model_of({name: estimate.value for name, estimate in own.items()}, law, needle)
     except InputError as error:
-        return dataclasses.replace(base, notes=(*base.notes, NO_MODEL.format(error)))
+        return dataclasses.replace(base, notes=(*notes, NO_MODEL.format(error)))
     zero = own["force_offset"].value + single.drift.at(single.recording)
     predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth) + zero
     inside = single.strokes.mask(len(predicted))
