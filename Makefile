@@ -202,4 +202,4 @@ reference: setup  ## FILE=values.json through the public names: name, expected, 
 	@$(BIN)/python tests/reference.py $(FILE)
 
 clean:  ## everything that was built, .venv included
-	@rm -rf .venv build demo dist docs/reference/laws $(addprefix docs/reference/,api.md commands.md needle_file.md presets.md) docs/tutorials/files src/needleforce/core src/needleforce/core.*
+	@rm -rf .venv build demo dist docs/reference/laws $(addprefix docs/reference/,api.md commands.md needle_file.md presets.md) docs/tutorials/files docs/gallery/pictures src/needleforce/core src/needleforce/core.*

@@ -15,7 +15,7 @@ from ...recording import Recording
 from ...segmentation import Events
 from ...segmentation.strokes import cycles
 from ...vocabulary import Phase, Status
-from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, warnings_of
+from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, unfitted, warnings_of
 from ..estimates import Correlations
 from ..models import LAYERED, run_model, with_ruptures, with_stiffer_contact
 from ..one_layer.segmented_recording import SegmentedRecording
@@ -189,7 +189,7 @@ def identify_layered(
     known = replace(uncertainty_of(ended), undecided=undecided)
     parameters = known.estimates()
     model, trouble = _model(ended, found, given, usable)
-    recordings = tuple(own.get(single) or _without_values(single) for single in singles)
+    recordings = tuple(own.get(single) or unfitted(single) for single in singles)
     fit = LayeredFit(
         recordings=recordings,
         parameters=parameters,
@@ -279,21 +279,9 @@ def _model(
         return None, (NO_MODEL.format(error),)
 
 
-def _without_values(single: SegmentedRecording) -> RecordingFit:
-    """One recording as it was segmented, without parameters."""
-    notes = single.notes + tuple(note.message for note in single.recording.notes)
-    return RecordingFit(
-        file=single.recording.card.source,
-        status=single.status,
-        recording=single.recording,
-        events=single.events,
-        notes=notes,
-    )
-
-
 def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitInputs) -> RecordingFit:
     """The result of one recording with its own ruptures along its own motion."""
-    base, own = _without_values(single), own_ruptures(solved, run)
+    base, own = unfitted(single), own_ruptures(solved, run)
     punctures = np.array([estimate.value for estimate in own.values()])
     own["force_offset"] = zero = solved.problem.zero(run, solved.x)
     try:
@@ -314,7 +302,7 @@ def _without_model(singles: list[SegmentedRecording], name: str) -> Fit:
     note = f"The model {name} needs a puncture or a withdrawal in at least one recording."
     recordings = tuple(
         replace(each, notes=(*each.notes, note)) if each.status in (Status.no_puncture, Status.incomplete) else each
-        for each in map(_without_values, singles)
+        for each in map(unfitted, singles)
     )
     settings = settings_of("cone_cylinder", None, singles)
     return Fit(recordings=recordings, warnings=warnings_of(singles, None), settings=settings)

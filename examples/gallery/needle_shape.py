@@ -1,5 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A bevel-tip needle in gel: steered by half a turn of the bevel, and by a base that is moved aside; bending.svg."""
+"""
+The shape of a needle that bends
+================================
+
+A thin needle with a bevel cuts to one side, and bends. Turned by half a turn at 40 mm it comes back in an S; when the
+base is moved aside instead, the shaft presses on the gel and the tip goes the other way. On the right is the moment
+that a sensor at the guide would show.
+"""
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -26,5 +33,4 @@ for name, motion in motions.items():
 shape.axhline(0.0, color="gray", lw=0.8)
 shape.set(xlabel="across [mm]", ylabel="along [mm]"), shape.invert_yaxis()
 moment.set(xlabel="depth [mm]", ylabel="moment at the guide [N mm]"), moment.legend()
-plt.savefig("bending.svg")
-print("wrote bending.svg")
+plt.show()
