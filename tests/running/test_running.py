@@ -2,6 +2,7 @@
 """Outcomes of tasks are the same in this process and in others, and none of them ends the work."""
 
 import logging
+import multiprocessing
 import os
 import subprocess
 import sys
@@ -46,6 +47,25 @@ def test_a_task_that_ends_its_process_is_found(caplog):
         found = dict(run_tasks(worker_tasks.deadly, range(COUNT), jobs=2, block=3))
     assert isinstance(found.pop(7), TaskError) and found == {k: k * k for k in range(COUNT) if k != 7}
     assert "A worker process ended" in caplog.text
+
+
+def test_an_answer_that_is_cut_off_stops_no_other():
+    tasks = [("killed" if k == 3 else "whole", "") for k in range(8)]
+    found = dict(run_tasks(worker_tasks.torn, tasks, jobs=2))
+    assert str(found.pop(3)) == "its process ended with signal 9, also without others; the memory may not suffice"
+    assert sorted(found) == [0, 1, 2, 4, 5, 6, 7] and set(found.values()) == {bytes(100_000)}
+
+
+def test_an_interrupt_in_the_middle_of_an_answer_ends_the_processes(tmp_path):
+    made, others = tmp_path / "made", multiprocessing.active_children()
+    with pytest.raises(KeyboardInterrupt), started(jobs=2) as workers:
+        found = outcomes(workers, worker_tasks.torn, [("waits", str(made)), ("whole", "")])
+        assert next(found) == (1, bytes(100_000))
+        while not made.exists():  # hangs if no half of it is sent
+            time.sleep(0.05)
+        assert len(multiprocessing.active_children()) == len(others) + 2
+        raise KeyboardInterrupt
+    assert set(multiprocessing.active_children()) == set(others)
 
 
 def test_a_result_that_cannot_be_sent_is_an_outcome_of_its_task(two):

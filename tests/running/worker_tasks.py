@@ -4,6 +4,7 @@
 import os
 import signal
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 import needleforce as nf
@@ -33,3 +34,19 @@ def slow(folder: str) -> int:
 
 def large(number: int) -> object:
     return lambda: number  # which cannot be sent back
+
+
+def torn(task: tuple[str, str]) -> bytes:
+    """An answer of which half is sent: then its process is killed, or it leaves a file and waits for ever."""
+    end, made = task
+
+    def half(pipe: Connection, content: bytes) -> None:
+        os.write(pipe.fileno(), content[: len(content) // 2])
+        if end == "killed":
+            os.kill(os.getpid(), signal.SIGKILL)
+        Path(made).touch()
+        signal.pause()
+
+    if end != "whole":
+        Connection._send = half
+    return bytes(100_000)

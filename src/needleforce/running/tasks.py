@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Many tasks on an executor of ``concurrent.futures``: processes of this computer, or a Dask cluster.
+"""Many tasks on workers: processes of this computer, or a Dask cluster.
 
 What is here cuts the work into blocks and keeps few of them in flight. Scheduling, transport and the replacement of
-workers are the executor's. A task is a function that can be imported and a value that can be pickled; it may be done
+processes are the workers'. A task is a function that can be imported and a value that can be pickled; it may be done
 twice, and its result may not depend on where or when it is done.
 """
 
@@ -121,26 +121,18 @@ def _found(workers: Workers, function: Callable, blocks: Iterator[Block]) -> Ite
             waiting[workers.submit(_attempts, function, block, workers.expected)] = block
         if not waiting:
             break
-        lost: list[Block] = []
         for future in wait(waiting, COUNT_S, FIRST_COMPLETED).done:
             block, error = waiting.pop(future), _error_of(future)
             if error is None:
                 yield from future.result()
-            elif isinstance(error, BrokenExecutor):
-                lost.append(block)
             elif len(block) > 1:  # which of its tasks it is
                 again += [[each] for each in block]
-            elif _is_killed(error):
+            elif _is_end_of_process(error):
                 suspected.append(block)
             else:
                 yield _failed(block[0][0], error)
-        if lost:  # then all others are, too
-            lost += [block for future, block in waiting.items() if _error_of(future) is not None]
-            done = [future.result() for future in waiting if _error_of(future) is None]
-            waiting.clear()
-            yield from (outcome for block in done for outcome in block)
-            workers.restart()
-            yield from _each_alone(function, [each for block in lost for each in block])
+            if error is not None and _is_end_of_process(error):
+                _log.warning("A worker process ended (%s). Its tasks (%d) are done again.", error, len(block))
     for block in suspected:  # others were on the worker that ended: each is done once more, with no other next to it
         future = workers.submit(_attempts, function, block, workers.expected)
         while not wait([future], COUNT_S).done:
@@ -161,32 +153,17 @@ def _error_of(future: Future) -> BaseException | None:
     return error
 
 
-def _each_alone(function: Callable, tasks: Block) -> Iterator[tuple[int, Any]]:
-    """Tasks of which one ended its process: each is done once more, with no other next to it."""
-    _log.warning("A worker process ended. The %d tasks it may have been are done again, one at a time.", len(tasks))
-    alone = Processes(1)
-    try:
-        for task in tasks:
-            error = _error_of(future := alone.submit(_attempts, function, [task]))
-            if error is None:
-                yield from future.result()
-            else:
-                yield _failed(task[0], error)
-                alone.restart()
-    finally:
-        alone.close(at_once=True)
-
-
 def _failed(index: int, error: BaseException) -> tuple[int, TaskError]:
     """The outcome of a task that returned nothing, not even an error."""
-    ended = isinstance(error, BrokenExecutor) or _is_killed(error)
-    reason = "its process ended, also without others; the memory may not suffice" if ended else repr(error)
-    return index, TaskError(reason)
+    if not _is_end_of_process(error):
+        return index, TaskError(repr(error))
+    how = error if isinstance(error, BrokenExecutor) else "its process ended"
+    return index, TaskError(f"{how}, also without others; the memory may not suffice")
 
 
-def _is_killed(error: BaseException) -> bool:
-    """Whether Dask gave up a task because several workers ended that had it."""
-    return type(error).__name__ == "KilledWorker"
+def _is_end_of_process(error: BaseException) -> bool:
+    """Whether the process ended that had the task, or a worker of Dask."""
+    return isinstance(error, BrokenExecutor) or type(error).__name__ == "KilledWorker"
 
 
 def _attempts(function: Callable, block: Block, expected: dict[str, str] | None = None) -> list[tuple[int, Any]]:

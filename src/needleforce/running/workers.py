@@ -4,16 +4,21 @@
 import logging
 import multiprocessing
 import os
+import pickle
 import re
 import signal
 import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from importlib import import_module, metadata
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from multiprocessing.reduction import ForkingPickler
+from types import ModuleType
 from typing import Any
 
 from ..checks import instance_of
@@ -26,6 +31,7 @@ ABANDONED_S = 60.0  # [s] in which a cluster of this computer replaces workers t
 IN_FLIGHT = 2  # blocks for each worker: one is done, one waits
 MAX_PROCESSES = 61 if sys.platform == "win32" else 1024  # Windows waits for no more
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # of linear algebra
+_starting = threading.Lock()  # one process after the other: ``_as_workers_start`` concerns the whole program
 _log = logging.getLogger(__name__)
 
 
@@ -40,21 +46,18 @@ class Workers:
         return 1
 
     def submit(self, function: Callable, *values: Any) -> Future:
-        """As that of an executor; one that is broken gives a future with the error."""
+        """As that of an executor; a BrokenExecutor is the error of work whose process ended."""
         done: Future = Future()
         done.set_result(function(*values))
         return done
 
-    def restart(self) -> None:
-        """Replace an executor that is broken."""
-
-    def close(self, at_once: bool) -> None:
-        """End it; ``at_once`` in the middle of its work."""
+    def close(self) -> None:
+        """End it, also in the middle of its work."""
 
 
 @contextmanager
 def started(jobs: int | None = None, scheduler: str | None = None) -> Iterator[Workers]:
-    """The workers for ``run_tasks``, ended when the block ends; at once if it ends with an error.
+    """The workers for ``run_tasks``, ended at once when the block ends.
 
     Parameters
     ----------
@@ -79,10 +82,8 @@ def started(jobs: int | None = None, scheduler: str | None = None) -> Iterator[W
         workers = Processes(jobs or processors())
     try:
         yield workers
-    except BaseException:
-        workers.close(at_once=True)
-        raise
-    workers.close(at_once=False)
+    finally:
+        workers.close()
 
 
 def processors() -> int:
@@ -91,38 +92,67 @@ def processors() -> int:
 
 
 class Processes(Workers):
-    """Processes of this computer. They end when this one does, however it ends: each waits for the end of a pipe."""
+    """Processes of this computer, each with its own pipe and its own thread here. What they would share, a lock or a
+    pipe, one that ends in the middle of an answer would leave so that all others wait without end."""
 
     def __init__(self, count: int):
         self._count = min(count, MAX_PROCESSES)
-        self._context = multiprocessing.get_context("spawn")
-        self.restart()
-
-    def restart(self) -> None:
-        """New processes, started as they are needed, and a new pipe."""
-        self._their_end, self._our_end = self._context.Pipe(duplex=False)
-        self._pool = ProcessPoolExecutor(self._count, self._context, _end_with, (self._their_end,))
+        self._threads = ThreadPoolExecutor(self._count)
+        self._of_thread: dict[int, tuple[SpawnProcess, Connection]] = {}
+        self._is_closed = False
 
     def window(self) -> int:
         """Two for each process."""
         return IN_FLIGHT * self._count
 
     def submit(self, function: Callable, *values: Any) -> Future:
-        """Send it to the pool; a process is started if none is free."""
-        try:
-            with _as_workers_start():
-                return self._pool.submit(function, *values)
-        except BrokenExecutor as error:
-            refused: Future = Future()
-            refused.set_exception(error)
-            return refused
+        """Let a process do it; one is started if none is free."""
+        return self._threads.submit(self._done, function, values)
 
-    def close(self, at_once: bool) -> None:
-        """End the processes, ``at_once`` by their pipe."""
-        if at_once:
-            self._our_end.close()
-        self._pool.shutdown(cancel_futures=True)
-        self._our_end.close()
+    def close(self) -> None:
+        """Kill the processes: each thread then finds the end of its pipe."""
+        with _starting:
+            self._is_closed = True
+            for process, _ in self._of_thread.values():
+                process.kill()
+        self._threads.shutdown(cancel_futures=True)
+        for process, _ in self._of_thread.values():
+            process.join()
+
+    def _done(self, function: Callable, values: tuple) -> Any:
+        """What the process of this thread returns, or raises. No Ctrl-C comes to a thread that starts a process."""
+        content = ForkingPickler.dumps((function, values))
+        try:
+            _, pipe = self._of_thread.get(threading.get_ident()) or self._start()
+            pipe.send_bytes(content)
+            result, error = pickle.loads(pipe.recv_bytes())
+        except (EOFError, OSError, MemoryError) as reason:
+            raise BrokenExecutor(self._ended(reason)) from None
+        if error is not None:
+            raise error
+        return result
+
+    def _start(self) -> tuple[SpawnProcess, Connection]:
+        """A process, and the pipe to it, whose other end it alone has."""
+        ours, theirs = multiprocessing.Pipe()
+        process = SpawnProcess(target=_work, args=(theirs,), daemon=True)
+        with _starting, theirs, _as_workers_start():
+            if self._is_closed:
+                raise EOFError("the work is ended")
+            process.start()
+            self._of_thread[threading.get_ident()] = process, ours
+        return process, ours
+
+    def _ended(self, reason: Exception) -> str:
+        """How the process of this thread ended; the next block has another."""
+        with _starting:
+            process, _ = self._of_thread.pop(threading.get_ident(), (None, None))
+            if process is None:
+                return f"no process is started: {reason}"
+            process.kill()
+            process.join()
+        code = process.exitcode or 0
+        return f"its process ended with {'signal' if code < 0 else 'exit code'} {abs(code)}"
 
 
 @contextmanager
@@ -130,26 +160,33 @@ def _as_workers_start() -> Iterator[None]:
     """What a new process takes over: one thread of linear algebra, and not the script of the user, which each would run
     from its beginning."""
     main, added = sys.modules["__main__"], [name for name in _THREADS if name not in os.environ]
-    script = {name: main.__dict__.pop(name) for name in ("__file__", "__spec__") if name in main.__dict__}
-    main.__spec__ = None
+    sys.modules["__main__"] = ModuleType("__main__")
     os.environ.update(dict.fromkeys(added, "1"))
     try:
         yield
     finally:
-        main.__dict__.update(script)
+        sys.modules["__main__"] = main
         for name in added:
             os.environ.pop(name, None)
 
 
-def _end_with(pipe: Any) -> None:
-    """Let this process end when the other end of the pipe is closed; Ctrl-C is for the process that started it."""
+def _work(pipe: Connection) -> None:
+    """A process: the answer to one block after the other. It ends when its program does, however that ends; Ctrl-C is
+    for the program."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_wait_for_end, args=(pipe,), daemon=True).start()
+    threading.Thread(target=_end_with_program, daemon=True).start()
+    with suppress(EOFError, OSError):
+        while content := pipe.recv_bytes():
+            try:
+                function, values = pickle.loads(content)
+                answer = ForkingPickler.dumps((function(*values), None))
+            except Exception as error:
+                answer = ForkingPickler.dumps((None, error))
+            pipe.send_bytes(answer)
 
 
-def _wait_for_end(pipe: Any) -> None:
-    with suppress(OSError):
-        pipe.poll(None)
+def _end_with_program() -> None:
+    multiprocessing.parent_process().join()
     os._exit(1)
 
 
@@ -220,7 +257,7 @@ class Cluster(Workers):
         """Send it to the scheduler."""
         return self._executor.submit(function, *values)
 
-    def close(self, at_once: bool) -> None:
+    def close(self) -> None:
         """Cancel what is left, and leave the cluster; one on this computer is ended."""
         with suppress(Exception):  # a cluster that is gone
             self._executor.shutdown(wait=False)
