@@ -17,6 +17,8 @@ unexport PYTHONDONTWRITEBYTECODE
 # names from requirements/, versions from constraints.txt. Python compiles what is imported when it is: all of it at once takes longer
 # than the rest of the installation.
 INSTALL = $(BIN)/pip install --disable-pip-version-check --no-compile --constraint constraints.txt
+# after the words of pip, which end with a conflict of versions where there is only no network
+FETCH = --advice "Are packages missing above? Look at the network, or set HTTPS_PROXY; is the disk full, make room. Then give the command again: it goes on."
 NINJA = -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja
 MINUTES ?= 10
 SHARE ?= 0
@@ -28,7 +30,7 @@ ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
 .PHONY: help setup packages-and-core demo test test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
-        proof-fuzz fuzz wasm bench bench-full lint format docs reference clean
+        proof-fuzz fuzz wasm bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -40,19 +42,23 @@ help:  ## this list
 	@touch $@
 
 .venv/.build-packages: requirements/build.txt constraints.txt | .venv/.made
-	@$(WATCHED) "packages to compile with" -- $(INSTALL) --requirement requirements/build.txt
+	@$(WATCHED) "packages to compile with" $(FETCH) -- $(INSTALL) --requirement requirements/build.txt
 	@touch $@
 
 .venv/.packages: requirements/run.txt .venv/.build-packages
-	@$(WATCHED) "packages to run with" -- $(INSTALL) --requirement requirements/run.txt
+	@$(WATCHED) "packages to run with" $(FETCH) -- $(INSTALL) --requirement requirements/run.txt
 	@touch $@
 
 .venv/.test-packages: requirements/tests.txt .venv/.packages
-	@$(WATCHED) "packages to test with" -- $(INSTALL) --requirement requirements/tests.txt
+	@$(WATCHED) "packages to test with" $(FETCH) -- $(INSTALL) --requirement requirements/tests.txt
+	@touch $@
+
+.venv/.wheel-packages: requirements/wheels.txt .venv/.build-packages
+	@$(WATCHED) "packages to audit wheels with" $(FETCH) -- $(INSTALL) --requirement requirements/wheels.txt
 	@touch $@
 
 .venv/.lint-packages: requirements/lint.txt .venv/.build-packages
-	@$(WATCHED) "formatters and linters" -- $(INSTALL) --requirement requirements/lint.txt
+	@$(WATCHED) "formatters and linters" $(FETCH) -- $(INSTALL) --requirement requirements/lint.txt
 	@touch $@
 
 # The compiled module and its stubs go into src/, where .gitignore has them.
@@ -66,7 +72,8 @@ help:  ## this list
 # The package is installed as a path to src/, its command and its version: a module that is new or moved is found at once.
 # An editable install that compiles would find only the modules that were there when it was made.
 .venv/.editable: pyproject.toml include/needleforce/version.hpp .venv/.packages
-	@$(INSTALL) --quiet --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace --editable .
+	@$(INSTALL) --quiet --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace \
+	  --config-settings=wheel.py-api= --editable .
 	@touch $@
 
 # where another checkout or a git clean took the compiled module away, it is put there again
@@ -113,7 +120,7 @@ proof-tools: .venv/.proof-packages
 	@PYTHON=$(PYTHON) tools/system_packages.sh proof
 
 .venv/.proof-packages: tests/proof/requirements.txt .venv/.build-packages
-	@$(WATCHED) "packages to prove with" -- $(INSTALL) --requirement tests/proof/requirements.txt
+	@$(WATCHED) "packages to prove with" $(FETCH) -- $(INSTALL) --requirement tests/proof/requirements.txt
 	@touch $@
 
 proof-effects: proof-tools
@@ -157,17 +164,29 @@ wasm: .venv/.made  ## the core for WebAssembly and its module, in build/wasm
 	@$(WATCHED) "WebAssembly" -- bindings/wasm/build.sh build/wasm
 
 bench: setup .venv/.test-packages  ## the bars as ratios, measured in one run
-	@$(WATCHED) "packages to compare with" -- $(INSTALL) --requirement benchmarks/requirements.txt
+	@$(WATCHED) "packages to compare with" $(FETCH) -- $(INSTALL) --requirement benchmarks/requirements.txt
 	@$(BIN)/python benchmarks/run.py $(BENCH)
 
 bench-full: BENCH = --full
 bench-full: bench  ## the same with the full counts of recordings
+
+# PYTHONS="/usr/bin/python3.11 ..." names the Pythons, instead of those on the search path and of pyenv
+wheel: setup .venv/.wheel-packages  ## dist/: source distribution and wheels, audited, and tried with every Python here
+	@$(WATCHED) "wheels" --show -- $(BIN)/python tools/make_wheels.py
+	@$(WATCHED) "trial of the wheels" --show -- $(BIN)/python tools/try_wheel.py dist/*.whl
+
+# one of the objects that are compiled already
+try-wheel: setup .venv/.test-packages
+	@$(WATCHED) "a wheel" -- $(BIN)/python tools/make_wheels.py --this
+	@$(WATCHED) "trial of the wheel" --show -- $(BIN)/python tools/try_wheel.py --this build/wheels/python/*.whl
 
 lint: .venv/.lint-packages  ## formatters and linters, changing nothing
 	@$(BIN)/ruff check $(PYTHON_SOURCES)
 	@$(BIN)/ruff format --check $(PYTHON_SOURCES)
 	@$(BIN)/clang-format --dry-run --Werror $(CXX_SOURCES)
 	@$(BIN)/codespell
+	@$(BIN)/check-jsonschema --quiet --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	@$(BIN)/check-jsonschema --quiet --builtin-schema vendor.citation-file-format CITATION.cff
 
 format: .venv/.lint-packages  ## the same, changing files
 	@$(BIN)/ruff check --fix $(PYTHON_SOURCES)
@@ -175,7 +194,7 @@ format: .venv/.lint-packages  ## the same, changing files
 	@$(BIN)/clang-format -i $(CXX_SOURCES)
 
 docs: setup  ## the pages of docs/ as HTML in build/docs
-	@$(WATCHED) "packages for the pages" -- $(INSTALL) --requirement docs/requirements.txt
+	@$(WATCHED) "packages for the pages" $(FETCH) -- $(INSTALL) --requirement docs/requirements.txt
 	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W docs build/docs
 	@echo "build/docs/index.html"
 
@@ -183,4 +202,4 @@ reference: setup  ## FILE=values.json through the public names: name, expected, 
 	@$(BIN)/python tests/reference.py $(FILE)
 
 clean:  ## everything that was built, .venv included
-	@rm -rf .venv build demo docs/laws docs/api.md src/needleforce/core src/needleforce/core.*
+	@rm -rf .venv build demo dist docs/reference/laws docs/reference/api.md docs/tutorials/files src/needleforce/core src/needleforce/core.*

@@ -4,7 +4,7 @@ intervals contain the truth, and which form is chosen. Prints the tables of docs
 
     python benchmarks/friction_forms.py [--count 400] [--figure FILE.svg]
 
-With ``--figure`` only the figure of docs/mechanics.md is drawn, and its table printed.
+With ``--figure`` only the figure of docs/explanation/mechanics.md is drawn, and its table printed.
 """
 
 import argparse

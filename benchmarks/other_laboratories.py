@@ -95,7 +95,7 @@ def row_of(given: tuple[str, str, nf.Recording]) -> Row:
     fit = nf.identify(recording)
     one = fit.recordings[0]
     found = tuple(1e3 * each.depth for each in one.events.punctures)
-    if fit.model is None or not found or not len(one.residuals):
+    if fit.identified_model is None or not found or not len(one.residuals):
         return Row(name, eye, found, "none", np.nan, np.nan)
     first = one.events.punctures[0]
     last = int(np.searchsorted(recording.time, first.time)) + 1

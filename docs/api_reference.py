@@ -26,14 +26,14 @@ PACKAGES = (
 HEAD = """# API reference
 
 Every public name with its parameters, shapes, units, errors and sources. Each law has a page of its own with its
-formula and its curve: {doc}`laws/index`; the mechanics behind them are in {doc}`mechanics`, the statistics of a fit in
-{doc}`identification`. Shapes are written (n,); units are SI; depth is positive inwards, force opposes insertion.
+formula and its curve: {doc}`laws/index`; the mechanics behind them are in {doc}`/explanation/mechanics`, the statistics of a fit in
+{doc}`/explanation/identification`. Shapes are written (n,); units are SI; depth is positive inwards, force opposes insertion.
 """
 
 
 def setup(app) -> dict:
-    """As a Sphinx extension: ``api.md`` is written into the sources."""
-    app.connect("builder-inited", lambda app: write(Path(app.srcdir) / "api.md"))
+    """As a Sphinx extension: ``reference/api.md`` is written into the sources."""
+    app.connect("builder-inited", lambda app: write(Path(app.srcdir) / "reference" / "api.md"))
     return {"parallel_read_safe": True}
 
 

@@ -8,14 +8,15 @@ sys.path.insert(0, str(Path(__file__).parent))  # for law_pages and mathml
 
 project = "needleforce"
 author = "The needleforce developers"
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "law_pages", "api_reference", "mathml"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+extensions += ["law_pages", "api_reference", "mathml", "notebook_files"]
 html_theme = "furo"
 html_title = "needleforce"
 html_static_path = ["_static"]
-html_css_files = ["law_pages.css"]
+html_css_files = ["law_pages.css", "notebooks.css"]
 html_show_copyright = False
 html_math_renderer = "mathml"
-exclude_patterns = ["figures"]
+exclude_patterns = ["figures", "tutorials/files"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 2
 napoleon_google_docstring = False
@@ -23,4 +24,11 @@ napoleon_use_ivar = True  # the attributes of a result are listed once
 autodoc_typehints = "none"  # the docstrings have types, shapes and units
 autodoc_member_order = "bysource"
 smartquotes = False  # f' is a force per length, not a quotation mark
-suppress_warnings = ["myst.xref_missing", "ref.python"]  # a type in numpydoc form may match two attributes
+suppress_warnings = ["myst.xref_missing", "ref.python", "toc.empty_glob"]  # a type in numpydoc form may match two attributes
+
+# The notebooks of tutorials/ run in the build, and one that fails ends it. They write into a folder of their own.
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_timeout = 120  # s for a cell
+nb_execution_raise_on_error = True
+nb_ipywidgets_js = {}  # there are none, and their scripts would come from the network

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a command and prints a line at least every five seconds: what it has done, of how much, and for how long.
 
-    progress.py NAME [--show | --keep PATTERN] -- COMMAND ...
+    progress.py NAME [--show | --keep PATTERN] [--advice WORDS] -- COMMAND ...
 
 The command's own output is printed if the command fails; with --show always, as it comes; with --keep its lines that
-match PATTERN, at the end. The exit code is the command's.
+match PATTERN, at the end; with --advice what to do if it fails, as the last line. The exit code is the command's.
 """
 
 import argparse
@@ -76,6 +76,7 @@ def main() -> int:
     parser.add_argument("name")
     parser.add_argument("--show", action="store_true")
     parser.add_argument("--keep", default="$^")
+    parser.add_argument("--advice", default="")
     parser.add_argument("command", nargs="+")
     options = parser.parse_args()
     job, over = Job(options.name), threading.Event()
@@ -96,6 +97,8 @@ def main() -> int:
         sys.stdout.writelines(job.output)
     sys.stdout.writelines(line for line in job.output if re.search(options.keep, line))
     print(f"{job.name}: {'done' if code == 0 else 'failed'} after {time.monotonic() - job.begin:.0f} s", flush=True)
+    if code and options.advice:
+        print(options.advice)
     return code
 
 

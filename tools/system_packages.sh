@@ -10,6 +10,40 @@ needed=()
 has_header() { echo "#include <$1>" | "$compiler" -std=c++20 -x c++ -fsyntax-only - 2> /dev/null; }
 ask() { "$python" -c "$1" 2> /dev/null; }
 
+# The packages that are missing under the names of another system.
+named() {
+  local each
+  for each in "${needed[@]}"; do
+    case "$1 $each" in
+      "dnf g++" | "zypper g++") echo gcc-c++ ;;
+      "dnf python3-dev" | "zypper python3-dev") echo python3-devel ;;
+      "dnf python3-venv" | "zypper python3-venv") echo python3 ;;
+      "dnf libgtest-dev" | "zypper libgtest-dev") echo gtest-devel ;;
+      "dnf pkg-config" | "zypper pkg-config") echo pkgconf-pkg-config ;;
+      "pacman g++") echo gcc ;;
+      "brew g++") ;;  # Xcode's tools bring it
+      "pacman python3"* | "brew python3"*) echo python ;;
+      "pacman libgtest-dev") echo gtest ;;
+      "brew libgtest-dev") echo googletest ;;
+      "pacman pkg-config" | "brew pkg-config") echo pkgconf ;;
+      *) echo "$each" ;;
+    esac
+  done | sort -u | xargs
+}
+# One line with the command that installs what is missing on this system.
+says_how() {
+  local command
+  if [ "$(uname -s)" = Darwin ]; then
+    command="brew install $(named brew)"
+    case " ${needed[*]} " in *" g++ "*) command="xcode-select --install; $command" ;; esac
+  elif command -v apt-get > /dev/null; then command="sudo apt-get install ${needed[*]}"
+  elif command -v dnf > /dev/null; then command="sudo dnf install $(named dnf)"
+  elif command -v zypper > /dev/null; then command="sudo zypper install $(named zypper)"
+  elif command -v pacman > /dev/null; then command="sudo pacman -S --needed $(named pacman)"
+  else command="what Debian calls ${needed[*]}"; fi
+  echo "needleforce needs these system packages first: ${command% install }" >&2
+}
+
 command -v "$compiler" > /dev/null || needed+=(g++)
 command -v "$python" > /dev/null || needed+=(python3)
 ask 'import ensurepip' || needed+=(python3-venv)
@@ -39,7 +73,7 @@ if [ ${#needed[@]} -gt 0 ]; then
     kill $clock
     trap - EXIT
   else
-    echo "needleforce needs these system packages first: sudo apt-get install ${needed[*]}" >&2
+    says_how
     exit 1
   fi
 fi

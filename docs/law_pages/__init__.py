@@ -9,8 +9,8 @@ from . import index, page, side_by_side, stacked, typical
 
 
 def setup(app) -> dict:
-    """As a Sphinx extension: the pages are written into the folder ``laws`` of the sources."""
-    app.connect("builder-inited", lambda app: write(Path(app.srcdir) / "laws"))
+    """As a Sphinx extension: the pages are written into the folder ``reference/laws`` of the sources."""
+    app.connect("builder-inited", lambda app: write(Path(app.srcdir) / "reference" / "laws"))
     return {"parallel_read_safe": True}
 
 

@@ -12,6 +12,14 @@
 #include "model.hpp"
 #include "state.hpp"
 
+// Before C++23 a lambda takes this only as g++ and clang spell it; another compiler inlines by its own
+// judgement.
+#if defined(__GNUC__) || defined(__clang__)
+#define NEEDLEFORCE_INLINED __attribute__((always_inline))
+#else
+#define NEEDLEFORCE_INLINED
+#endif
+
 namespace needleforce {
 
 /// Friction along the shaft: force [N], its derivatives, and whether a layer holds the needle.
@@ -117,7 +125,7 @@ class PreparedLayer {
                              root};
     const Relaxing elastic{};
     const Relaxing& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
-    return dispatch_as<Law>(friction_, [&](const auto& law) __attribute__((always_inline)) -> Dragged {
+    return dispatch_as<Law>(friction_, [&](const auto& law) NEEDLEFORCE_INLINED -> Dragged {
       auto& memory = memory_of(law, state.friction);
       bool known = false;
       if constexpr (requires { law.slip(state.shaft, memory); })
@@ -161,7 +169,7 @@ class PreparedLayer {
   template <class Law>
   [[gnu::always_inline]] TipForce cut(Cut& cut, MemoriesOf<Cutting>& memories, ReturnableSlip& returnable,
                                       const Move& move, const DepthNoise& noise) const noexcept {
-    return dispatch_as<Law>(cutting_, [&](const auto& law) __attribute__((always_inline)) {
+    return dispatch_as<Law>(cutting_, [&](const auto& law) NEEDLEFORCE_INLINED {
       auto& memory = memory_of(law, memories);
       if constexpr (requires { law.law.springs; })
         if (noise.range > 0.0) {
@@ -278,3 +286,5 @@ class PreparedLayer {
 };
 
 }  // namespace needleforce
+
+#undef NEEDLEFORCE_INLINED

@@ -3,8 +3,10 @@
 
 import os
 import sys
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from .commands import (
     bench_tests,
@@ -27,12 +29,28 @@ from .commands import (
     study,
 )
 
+
+class Commands(TyperGroup):
+    """The commands; a file or folder in the place of one is looked at."""
+
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """The command of the first argument. A path is none: one that exists, or that has a folder or an ending."""
+        first = args[0]
+        if first == inspect.PLACE:
+            return "", self.commands[first], args[1:]
+        if first not in self.commands and (os.path.lexists(first) or os.path.basename(first) != first or "." in first):
+            return "", self.commands[inspect.PLACE], args
+        return super().resolve_command(ctx, args)
+
+
 app = typer.Typer(
+    cls=Commands,
     help="The force of a needle in soft tissue: simulate it, record it, and identify models from recordings.",
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
 )
+app.command(name=inspect.PLACE)(inspect.first_look)
 for command in (
     demo,
     inspect,

@@ -3,6 +3,7 @@
 
 import re
 import sys
+from collections.abc import Iterable
 
 _MAX_PART_CHARS = 2000  # of one part of a message
 # what a terminal obeys instead of showing it: control characters but line feed and tab, marks that reorder or hide the
@@ -83,6 +84,14 @@ def _part(value: object) -> str:
     text = str(value)
     text = text if len(text) <= _MAX_PART_CHARS else text[:_MAX_PART_CHARS] + "…"
     return " ".join(printable(text).splitlines()) if "\n" in text else printable(text)
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """A question that proposes the names most like a ``word`` that is not among them; empty where none is like it."""
+    from difflib import get_close_matches
+
+    near = get_close_matches(word, list(known), 2, 0.5)
+    return f"Did you mean {' or '.join(near)}? " if near else ""
 
 
 def install_step(package: str, extra: str = "") -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 from xml.etree import ElementTree
 
-from .errors import InputError
+from .errors import InputError, did_you_mean
 
 MAX_RECORDING_BYTES = 1 << 31
 """Bytes of a recording: five hours at 1 kHz in text with twelve columns."""
@@ -39,6 +39,10 @@ _TOML_PARTS = re.compile(
     rb"(?P<text>\"\"\"(?:[^\\]|\\.)*?(?:\"{3,5}|\Z)|'''.*?(?:'{3,5}|\Z)|\"(?:[^\"\\\n]|\\.)*\"?|'[^'\n]*'?|#[^\n]*)"
     rb"|(?P<word>[\w+-]+)|(?P<dot>\.)|(?P<open>[\[{])|(?P<close>[\]}])|[ \t]+|(?P<other>.)",
     re.DOTALL,
+)
+# how msgspec words what a type does not have
+_UNKNOWN = re.compile(
+    r"(?:Object contains unknown field `(?P<key>[^`]*)`|Invalid value '(?P<value>[^']*)')(?: - at `\$(?P<place>.*)`)?"
 )
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")  # how a spreadsheet's formula begins, quoted or not
 _NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
@@ -155,7 +159,35 @@ def as_type(document: Any, kind: Any, what: str, next_step: str) -> Any:
     try:
         return msgspec.convert(document, type=kind)
     except (msgspec.ValidationError, OverflowError, RecursionError) as error:
-        raise InputError(what, limit=str(error), next_step=next_step) from None
+        raise InputError(what, limit=str(error), next_step=_proposal(kind, str(error)) or next_step) from None
+
+
+def _proposal(kind: Any, message: str) -> str:
+    """The keys or values that are known where a message names one that is not; empty for another message."""
+    import msgspec
+
+    if not (found := _UNKNOWN.match(message)):
+        return ""
+    path = re.findall(r"\w+|\[", found["place"] or "")
+    value = path.pop() if found["value"] else None
+    level = _parts(msgspec.inspect.type_info(kind))
+    for step in path:
+        inner = [each for each in level if isinstance(each, msgspec.inspect.StructType)]
+        fields = [field.type for each in inner for field in each.fields if field.encode_name == step]
+        level = level if step == "[" else [part for field in fields for part in _parts(field)]
+    structs = [each for each in level if isinstance(each, msgspec.inspect.StructType)]
+    if value is None:
+        known = dict.fromkeys(field.encode_name for each in structs for field in each.fields)
+        return did_you_mean(found["key"], known).rstrip()
+    known = [str(each.tag) for each in structs if each.tag_field == value]
+    return f"{did_you_mean(found['value'], known)}Known: {', '.join(known)}." if known else ""
+
+
+def _parts(kind: Any) -> list:
+    """The types that a type of msgspec is a choice or a list of."""
+    if hasattr(kind, "types"):
+        return [part for each in kind.types for part in _parts(each)]
+    return _parts(kind.item_type) if hasattr(kind, "item_type") else [kind]
 
 
 def _check_toml(text: bytes) -> None:

@@ -5,11 +5,12 @@ import re
 import unicodedata
 from fractions import Fraction
 from functools import lru_cache
-from typing import NamedTuple
-
-import numpy as np
+from typing import TYPE_CHECKING, NamedTuple
 
 from .errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
 
 # dimension -> symbol -> factor to SI as exact decimal text; the SI unit itself comes first
 _FACTORS = {
@@ -71,7 +72,7 @@ class Unit(NamedTuple):
     numerator: float
     denominator: float
 
-    def to_si(self, values: np.ndarray) -> np.ndarray:
+    def to_si(self, values: "np.ndarray") -> "np.ndarray":
         """Convert ``values`` (n,) to SI. 1000 mm give exactly 1 m: a division by an integer rounds only once."""
         values = values if self.numerator == 1.0 else values * self.numerator
         return values if self.denominator == 1.0 else values / self.denominator

@@ -98,3 +98,16 @@ def test_an_empty_buffer_and_a_packet_that_is_cut_are_as_with_a_socket(pair):
     sender.send(b"0123456789")
     received = receiver.receive(4)
     assert received.data == b"0123" and received.sender == sender.getsockname() and received.dropped == 0
+
+
+def test_without_stamps_of_the_kernel_a_packet_arrives_when_it_is_read(pair, monkeypatch):
+    monkeypatch.setattr(arrival_time, "_LINUX", False)
+    sender, receiver = pair[0], StampedSocket(pair[1]._socket)
+    arrival_time.ask_for_drops(pair[1]._socket)
+    for _ in range(2):
+        sender.send(b"1")
+    first, second = receiver.receive(64), receiver.receive(64)
+    assert first.arrival == first.read <= second.arrival == second.read
+    assert first.sender == sender.getsockname() and second.dropped == 0
+    with pytest.raises(BlockingIOError):
+        receiver.receive(64)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Axes that lie while a needle moves: they ignore stops, report another motion, flood the recorder, or move unordered.
 
-The true depth is that of the fake axis, which no lie changes. The bounds are those of docs/safety_case.md.
+The true depth is that of the fake axis, which no lie changes. The bounds are those of docs/evidence/safety_case.md.
 """
 
 import json

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Faults of the recorder itself while a needle moves: a clock, a disk, a display or a program that stands still.
 
-The true depth is that of the fake axis, which no lie changes. The bounds are those of docs/safety_case.md.
+The true depth is that of the fake axis, which no lie changes. The bounds are those of docs/evidence/safety_case.md.
 """
 
 import subprocess

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Sensors that lie while a needle moves: frozen, faulty, repeated, late or oversized readings, absurd ratings.
 
-The true depth is that of the fake axis, which no lie changes. The bounds are those of docs/safety_case.md.
+The true depth is that of the fake axis, which no lie changes. The bounds are those of docs/evidence/safety_case.md.
 """
 
 import random

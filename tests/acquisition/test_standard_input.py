@@ -190,6 +190,25 @@ def test_silence_of_the_input_does_not_block(monkeypatch):
         assert [s.wrench[2] for s in source.receive(5.0)] == [3.0]
 
 
+def test_where_a_system_selects_no_pipes_a_thread_waits_for_the_lines(monkeypatch):
+    monkeypatch.setattr("needleforce.acquisition.sources.standard_input.HEADER_TIMEOUT_S", 0.05)
+    monkeypatch.setattr("needleforce.acquisition.sources.standard_input._SELECTS", False)
+    reading, writing = os.pipe()
+    with os.fdopen(reading, "rb", buffering=0) as stream:
+        with os.fdopen(writing, "wb", buffering=0) as out:
+            source = StandardInput(stream)
+            with pytest.raises(nf.InputError, match="none within"):
+                source.start()
+            monkeypatch.setattr("needleforce.acquisition.sources.standard_input.HEADER_TIMEOUT_S", 5.0)
+            out.write(HEADER.encode())
+            source.start()
+            assert source.receive(0.01) == []
+            out.write(b"0,0,0,1,0,0,0\n")
+            assert [s.wrench[2] for s in source.receive(5.0)] == [1.0]
+            out.write(b"0,0,0,2,0,0,0\n")
+        assert [s.wrench[2] for s in everything(source)] == [2.0]
+
+
 def test_a_regular_file_is_read_to_its_end(tmp_path):
     path = tmp_path / "lines.csv"
     path.write_text(HEADER + "".join(f"{k},0,0,{k},0,0,0\n" for k in range(20_000)))

@@ -189,3 +189,4 @@ def test_a_terminal_that_knows_only_ascii(arguments, root, tmp_path):
     places = {"example": root / "examples" / "insertion.csv", "out": tmp_path / "out.csv"}
     done = start(*(word.format(**places) for word in arguments), environment=environment, capture_output=True)
     assert done.returncode == 0 and done.stdout.isascii() and done.stderr.isascii()
+    assert b"\\" not in done.stdout + done.stderr

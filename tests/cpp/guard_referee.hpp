@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The account of a guard's energy, kept by somebody who sees only what goes in and out of it: where the
-// device was, what the clock reported, which measurements came, and the forces. docs/guard.md has the
+// device was, what the clock reported, which measurements came, and the forces. docs/howto/guard.md has the
 // promise.
 #pragma once
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The places of docs/adding_a_law.md: which laws are missing from which, for the tree and for copies of it."""
+"""The places of docs/maintainers/adding_a_law.md: which laws are missing from which, for the tree and its copies."""
 
 import json
 import re

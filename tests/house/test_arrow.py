@@ -92,10 +92,10 @@ SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue
              "model", "fingerprint", "state_bytes", "sample", "limits", "state", "layer", "model_swap", "insertion",
              "bending", "sliding", "solid", "exchange", "live", "guard_settings", "energy_controller",
              "guard", "flight_recorder"]  # fmt: skip
-FITTED = ["fit/normal", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
+FITTED = ["fit/normal", "fit/pair", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading", "fit/median", "fit/depth_noise",
           "fit/origin", "fit/lag", "fit/outliers", "fit/sliding_start", "fit/windows"]  # fmt: skip
-FITTED_IN_LAYERS = [*SIMULATED, "fit/layered", "fit/layered_problem", "fit/layered_search"]
+FITTED_IN_LAYERS = [*SIMULATED, "fit/pair", "fit/layered", "fit/layered_problem", "fit/layered_search"]
 CORE_HEADERS, FIT_HEADERS = Path("include", "needleforce"), Path("bindings", "python", "fit")
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/adding_a_law.md: its places suffice for two new laws in a copy of the tree, one with a memory of its
+"""docs/maintainers/adding_a_law.md: its places suffice for two new laws in a copy of the tree, one with a memory of its
 own, and a law that is missing from one of them is refused with the name of the place. Needs g++ and GoogleTest."""
 
 import shutil

@@ -26,7 +26,7 @@ def missing(root, shown: str) -> list[str]:
 
 
 def test_every_claim_points_at_what_shows_it(root):
-    rows = claims(root, "proof.md")
+    rows = claims(root, "evidence/proof.md")
     assert len(rows) >= 15
     for claim, shown in rows:
         assert FILE.search(shown) or "the fuzzer" in shown, claim
@@ -34,7 +34,7 @@ def test_every_claim_points_at_what_shows_it(root):
 
 
 def test_every_hazard_points_at_what_shows_it(root):
-    rows = claims(root, "safety_case.md")
+    rows = claims(root, "evidence/safety_case.md")
     shown = [each for _, each in rows if FILE.search(each)]
     assert len(shown) >= 15
     for each in shown:

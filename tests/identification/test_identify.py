@@ -142,9 +142,9 @@ def test_a_recording_that_cannot_answer_keeps_its_reason():
     blank = noisy(motion=nf.Motion.insert(start=-9e-3, speed=3e-3, depth=-1e-3))
     fit = nf.identify([shallow, blank, noisy()], model="paper")
     assert [str(each.status) for each in fit.recordings] == ["no_puncture", "no_contact", "ok"]
-    assert all(each.notes for each in fit.recordings[:2]) and fit.model is not None
+    assert all(each.notes for each in fit.recordings[:2]) and fit.identified_model is not None
     nothing = nf.identify([blank])
-    assert nothing.model is None and nothing.parameters == {}
+    assert nothing.identified_model is None and nothing.parameters == {}
     assert json.loads(nothing.to_json())["recordings"][0]["status"] == "no_contact"
 
 

@@ -174,9 +174,9 @@ def test_bad_input_is_said():
     close = walls(0, tops=(2e-3, 2.3e-3), indentations=(0.25e-3, 0.4e-3), widths=(0.02e-3,) * 2, rate=25, speed=2e-3)
     fit = nf.identify(close, model="gradual_layers", layers=2)
     said = (*fit.recordings[0].notes, *fit.warnings)
-    assert fit.model is not None or any("punctures" in each or "samples" in each for each in said)
+    assert fit.identified_model is not None or any("punctures" in each or "samples" in each for each in said)
     few = nf.identify([walls(0), walls(1, tops=(2e-3,), indentations=(2e-3,))], model="gradual_layers", layers=2)
-    assert any("2 layers need as many" in note for note in few.recordings[1].notes) and few.model is not None
+    assert any("2 layers need as many" in note for note in few.recordings[1].notes) and few.identified_model is not None
     with pytest.raises(nf.InputError, match="no tissue is dragged"):
         nf.identify(walls(0), model="gradual_layers", layers=2, tissue_stiffness=[(250.0, 0.3), None])
 

@@ -183,9 +183,9 @@ def test_a_cycle_without_a_puncture_has_a_layered_model_that_says_what_is_lackin
 @pytest.mark.parametrize("seed", range(3))
 def test_what_presses_back_was_not_entered_and_the_reason_is_named_before_an_outlier(seed):
     fit = nf.identify(rounded(seed, friction=0.0, outlier=True))
-    assert fit.model is None and fit.recordings[0].notes[0] == "There is no puncture."
+    assert fit.identified_model is None and fit.recordings[0].notes[0] == "There is no puncture."
     with pytest.raises(nf.InputError, match="There is no puncture"):
-        fit.identified_model()
+        fit.model  # noqa: B018
 
 
 def test_held_out_forces_stay_with_their_recordings(monkeypatch):

@@ -241,7 +241,7 @@ def test_what_cannot_answer_is_kept_and_the_rest_goes_on():
     inwards = int(np.argmax(shallow.depth))
     pushed = nf.Recording(*(getattr(shallow, name)[:inwards] for name in ("time", "depth", "velocity", "force")))
     nothing = nf.identify([blank, pushed], model="layered")
-    assert nothing.model is None and any("needs a puncture" in note for note in nothing.recordings[1].notes)
+    assert nothing.identified_model is None and any("needs a puncture" in note for note in nothing.recordings[1].notes)
 
 
 def test_without_a_hold_relaxation_rests_on_the_withdrawal():
@@ -310,7 +310,7 @@ def test_tissue_without_a_puncture_gets_a_model():
     runs = [repeat(k, layers=1, motion=shallow)[0] for k in range(3)]
     assert not any(nf.segment(run).punctures for run in runs)
     fit = nf.identify(runs, model="layered_as_fitted", layers=1)
-    assert fit.model is not None and fit.quality.nrmse < 0.01
+    assert fit.identified_model is not None and fit.quality.nrmse < 0.01
     assert fit.parameters["contact_depth"].value == pytest.approx(0.0, abs=0.1e-3)
     assert fit.parameters["stiffness_coefficient"].value == pytest.approx(30e3, rel=0.05)
     assert not {"friction_per_length", "tissue_stiffness", "rupture_length", "resting_surface"} & set(fit.parameters)

@@ -2,12 +2,14 @@
 """A machine in series with the needle is found where it alone explains a recording, or taken as given."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from command_line import run
 
 import needleforce as nf
+from needleforce.identification.one_layer.machine_stiffness import _best
 
 SPEED, RATE, NOISE, PUNCTURE, DEEP = 3e-3, 500.0, 4e-3, 3.237e-3, 14e-3
 TRUE = {
@@ -59,6 +61,17 @@ def test_a_long_reversal_of_friction_does_not_hide_the_machine(stretch):
     fit = nf.identify(recorded(20e3, stretch=stretch))
     assert fit.parameters.machine_stiffness.low <= 20e3 <= fit.parameters.machine_stiffness.high
     assert all(held(fit).values()), held(fit)
+
+
+@pytest.mark.parametrize(("least", "found"), [(0.8, 0.8), (1.2, 0.0)])
+def test_what_is_least_beyond_the_reversal_is_no_machine(least, found):
+    """Another law of the contact than a cone may be fitted so: 4 of 105 power laws of another generator were."""
+
+    def left(compliance):
+        return SimpleNamespace(sse=1.0 + (compliance - least) ** 2, noises=[SimpleNamespace(long_run=1e-4)])
+
+    profile = SimpleNamespace(residuals=left, squares=lambda compliance: left(compliance).sse)
+    assert _best(profile, 1.0)[0] == pytest.approx(found, abs=1e-6)
 
 
 def test_a_machine_that_noise_may_hide_is_in_the_intervals(many):

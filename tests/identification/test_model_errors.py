@@ -8,6 +8,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.statistics.noise import slow_noise
+from needleforce.identification.timing import filter_of_the_fall
 
 SPEED, RATE, NOISE = 3e-3, 500.0, 4e-3
 FRICTION, CUTTING, CONTACT, PUNCTURE = 25.0, 0.08, 1.0e-3, 5.0e-3
@@ -73,6 +74,21 @@ def test_depths_hold_the_truth_behind_a_lag(held, lag):
     assert held("puncture_depth", PUNCTURE, lag=lag) >= 0.9
 
 
+@pytest.mark.parametrize("lag", [0.0, 0.05, -0.05])
+def test_a_lag_without_a_rest_shows_where_the_withdrawal_ends(lag, seeds):
+    """Too short a rest for the force to show a lag there."""
+    named = []
+    for seed in seeds:
+        still = cycle(seed, lag=lag)
+        first = int(np.argmax(still.depth)) + 50
+        kept = np.delete(np.arange(len(still)), np.arange(first, first + 200))
+        fit = nf.identify(nf.Recording(time=still.time[: len(kept)], depth=still.depth[kept], force=still.force[kept]))
+        named.append("by itself does not end at the contact" in " ".join(fit.recordings[0].notes))
+        for name, value in (("contact_depth", CONTACT), ("puncture_depth", PUNCTURE)):
+            assert fit.parameters[name].low <= value <= fit.parameters[name].high
+    assert np.mean(named) == bool(lag)
+
+
 def test_depths_hold_the_truth_behind_an_undeclared_filter_that_is_found(seeds):
     fits = [fitted(seed, average=20) for seed in seeds]
     found = [fit for fit in fits if any("behind an average filter" in note for note in fit.recordings[0].notes)]
@@ -80,6 +96,32 @@ def test_depths_hold_the_truth_behind_an_undeclared_filter_that_is_found(seeds):
     for fit in found:
         for name, value in (("contact_depth", CONTACT), ("puncture_depth", PUNCTURE)):
             assert fit.parameters[name].low <= value <= fit.parameters[name].high
+
+
+def changed(still, seed, more=0.0):
+    """A cycle without noise that has ``more`` force, with noise behind whatever filter it has."""
+    noise = np.random.default_rng(seed).normal(0.0, NOISE, len(still))
+    return nf.Recording(time=still.time, depth=still.depth, force=still.force + more + noise)
+
+
+@pytest.mark.parametrize("average", [8, 20])
+def test_a_filter_without_its_noise_is_found_from_the_fall(average, seeds):
+    fits = [nf.identify(changed(cycle(seed, noise=0.0, average=average), seed)) for seed in seeds]
+    assert all("as a sharp rupture does behind an average filter" in " ".join(fit.recordings[0].notes) for fit in fits)
+    for name, value in (("contact_depth", CONTACT), ("puncture_depth", PUNCTURE), ("puncture_force", 0.5)):
+        assert np.mean([fit.parameters[name].low <= value <= fit.parameters[name].high for fit in fits]) >= 0.75
+
+
+@pytest.mark.parametrize("power", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("length", [0.05e-3, 0.15e-3, 0.5e-3])
+def test_a_gradual_rupture_is_no_filter(power, length, seeds):
+    for seed in seeds:
+        still = cycle(seed, noise=0.0)
+        fallen, drop = still.depth - PUNCTURE, 0.5 - FRICTION * (PUNCTURE - CONTACT) - CUTTING
+        inwards = np.arange(len(still)) <= np.argmax(still.depth)
+        left = np.where(inwards & (fallen >= 0.0), drop * np.exp(-((np.maximum(fallen, 0.0) / length) ** power)), 0.0)
+        recording = changed(still, seed, left)
+        assert filter_of_the_fall(recording, nf.segment(recording)) == 0
 
 
 def test_friction_holds_the_truth_where_the_surface_grips_the_shaft(held):
@@ -112,14 +154,12 @@ def test_the_contact_of_a_law_above_the_square_is_in_the_interval(held, power, n
     assert held("contact_depth", CONTACT, loading=functools.partial(steep, power), noise=noise) >= 0.8
 
 
-AGES = pytest.param({"ageing": 0.15}, marks=pytest.mark.xfail(reason="friction held in 7 of 12", strict=False))
-
-
-@pytest.mark.parametrize("errors", [AGES, {"gain": 0.1}, {"gain": -0.1}], ids=str)
+@pytest.mark.parametrize("errors", [{"ageing": 0.15}, {"ageing": 0.05}, {"gain": 0.1}, {"gain": -0.1}], ids=str)
 def test_forces_that_change_with_time_are_named_and_in_the_intervals(errors, held, seeds):
     assert held("friction_per_length", FRICTION, **errors) >= 0.75
     assert held("cutting_force", CUTTING, **errors) >= 0.75
-    assert all("bent" in " ".join(fitted(seed, **errors).recordings[0].notes) for seed in seeds)
+    named = ["bent" in " ".join(fitted(seed, **errors).recordings[0].notes) for seed in seeds]
+    assert all(named) if errors.get("ageing") != 0.05 else np.mean(named) >= 0.75
 
 
 def test_a_law_given_by_name_is_not_a_choice():

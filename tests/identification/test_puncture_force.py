@@ -22,7 +22,8 @@ def smeared() -> SimpleNamespace:
 
 def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
     strokes = smeared()
-    fit = SimpleNamespace(  # a puncture found 20 samples too early
+    fit = SimpleNamespace(
+        causes={},  # a puncture found 20 samples too early
         puncture=SimpleNamespace(before=PEAK - 20, left_out=FILTER - 1),
         values={"puncture_depth": STEP * (PEAK - 20), "contact_depth": STEP * CONTACT,
                 "puncture_indentation": STEP * (PEAK - CONTACT), "force_offset": ZERO},
@@ -32,6 +33,6 @@ def test_a_curve_that_ends_at_the_peak_holds_nothing_of_the_break():
     late = STEP * (PEAK + 0.5 * (FILTER - 1))  # events have the depth of the force as filtered
     event = SimpleNamespace(force=float(strokes.force_in[PEAK - 3 : PEAK + 1].max()), depth=late, gradual=False)
     free = Noise(count=CONTACT - 20, variance=1e-6, long_run=1e-6)
-    found = measured_peak(strokes, fit, event, FILTER, free).estimate({})
+    found = measured_peak(strokes, fit, event, FILTER, free).estimate(fit)
     assert found.value == pytest.approx(0.2, abs=2e-3)
     assert found.low < 0.2 < found.high

@@ -8,7 +8,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.motion import DepthSignal
-from needleforce.identification.timing import MAX_LAG_S, SIGNIFICANT, lag_search, significant_lag, undeclared_filter
+from needleforce.identification.timing import MAX_LAG_S, SIGNIFICANT, lag_search, undeclared_filter
 
 NOISE = 4e-3
 
@@ -25,7 +25,8 @@ def lagging(run, lag, seed):
 
 
 def reported_lag(recording):
-    return significant_lag(recording, nf.segment(recording), DepthSignal(recording.depth))
+    search = lag_search(recording, nf.segment(recording), DepthSignal(recording.depth))
+    return search and search.significant
 
 
 @pytest.mark.parametrize("lag", [0.05, -0.05, 0.1])

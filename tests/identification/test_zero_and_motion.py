@@ -150,7 +150,7 @@ def test_a_model_off_the_measured_puncture_is_no_answer():
     force = np.where(np.arange(len(depth)) < 5500, push, -20.0 * h)
     force += np.random.default_rng(0).normal(0.0, 2e-3, len(depth))
     fit = nf.identify(nf.Recording(time=1e-3 * np.arange(len(depth)), depth=depth, force=force))
-    if fit.model is None:
+    if fit.identified_model is None:
         assert any("meets the measured force" in warning for warning in fit.warnings)
     elif not fit.warnings[0].startswith("The model is layered"):
         assert fit.choice[0].puncture_ratio == pytest.approx(1.0, abs=0.05)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the README and docs/controllers.md tell a controller's author to write and to run."""
+"""What the README and docs/howto/controllers.md tell a controller's author to write and to run."""
 
 import os
 import re
@@ -49,14 +49,14 @@ def test_the_commands_of_the_readme_make_the_header(root, tmp_path):
     "language, around, compiler", [("cpp", CPP_AROUND, "g++ -std=c++20"), ("c", C_AROUND, "gcc -std=c11")]
 )
 def test_the_lines_of_the_page_compile(root, language, around, compiler):
-    shown = "".join(blocks(root / "docs" / "controllers.md", language))
+    shown = "".join(blocks(root / "docs" / "howto" / "controllers.md", language))
     where = [f"-I{root / folder}" for folder in ("include", "bindings/c", f"examples/outside/{language}")]
     command = [*compiler.split(), "-fsyntax-only", "-Wall", "-Werror", "-x", {"cpp": "c++", "c": "c"}[language]]
     said([*command, *where, "-"], input=around.format(shown))
 
 
 def test_the_lines_for_python_run(root, tmp_path, monkeypatch):
-    shown = "import needleforce.control\n" + "".join(blocks(root / "docs" / "controllers.md", "python"))
+    shown = "import needleforce.control\n" + "".join(blocks(root / "docs" / "howto" / "controllers.md", "python"))
     monkeypatch.chdir(tmp_path)
     shutil.copy(root / "src" / "needleforce" / "presets" / "paper.toml", "mine.toml")
     names = {"nf": nf, "depth": 1e-3, "velocity": 3e-3, "dt": 1e-3}

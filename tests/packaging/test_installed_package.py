@@ -56,7 +56,7 @@ def test_a_subdirectory_gives_the_same_targets_and_installs_nothing(root, outsid
 
 def test_another_minor_version_is_not_taken(prefix, outside):
     lists = outside / "c" / "CMakeLists.txt"
-    lists.write_text(lists.read_text().replace("needleforce 0.1", "needleforce 0.0"))
+    lists.write_text(lists.read_text().replace("needleforce 0.2", "needleforce 0.1"))
     with pytest.raises(AssertionError, match="compatible with requested version"):
         built(outside / "c", outside / "build", f"-DCMAKE_PREFIX_PATH={prefix}")
 

@@ -51,11 +51,13 @@ def refused(text, tmp_path, match):
         ("poisson_ratio = 0.5", "poison_ratio = 0.5", r"unknown field `poison_ratio`.*\$\.tissue"),
         ("poisson_ratio = 0.5", "poisson_ratio = 0.7", r"\$\.tissue.*poisson_ratio is 0\.7"),
         ("reference = ", "source = ", "reference|source"),
-        ('law = "coulomb"', 'law = "magic"', r"Invalid value 'magic'.*\$\.friction"),
+        ('law = "coulomb"', 'law = "magic"', r"Invalid value 'magic'.*\$\.friction.*Known: coulomb, "),
+        ('shape = "cone"', 'shape = "bevel"', r"'bevel'.*Did you mean lancet_bevel\? Known: cone, .*, profile\."),
+        ("outer_diameter_m = ", "diameter_m = ", "`diameter_m`.*Did you mean outer_diameter_m"),
         ("force_N = 0.0776", "force_N = -0.0776", r"\$\.cutting.*-0\.0776"),
         ("force_N = 0.0776", 'force_N = "a lot"', r"\$\.cutting\.force_N"),
         ("force_N = 0.0776", "force_N = 0.0776\nforce_mN = 77.6", r"\$\.cutting.*given twice"),
-        ("half_angle_rad = ", "half_angle_deg = 90 #", r"\$\.needle\.tip.*half_angle"),
+        ("half_angle_rad = ", "half_angle_deg = 95 #", r"\$\.needle\.tip.*half_angle_deg is 95, outside 0\.1 to 89\.9"),
         ("young_modulus_Pa = 116000.0", "young_modulus_Pa = nan", r"\$\.tissue.*nan"),
         ("[needle]", "[[needle", "mine.toml"),
     ],
@@ -152,3 +154,22 @@ def test_steep_and_wide_tips_are_warned_of(text, tmp_path):
     assert not any("scaling law" in warning for warning in shallow.warnings)
     wide = model.replace(stiffness=model.stiffness.replace(radius=1e-3, tip=nf.tips.Cone(0.26)))
     assert any("stops growing at 1 mm" in warning for warning in wide.warnings)
+
+
+def test_a_needle_file_is_no_preset_and_the_error_names_where_it_works(tmp_path):
+    section = "[needle]\nouter_diameter_mm = 0.7\nlength_mm = 80\nyoung_modulus_GPa = 200\n"
+    (tmp_path / "mine.toml").write_text(section, encoding="utf-8")
+    assert read_needle(tmp_path / "mine.toml").radius == 0.35e-3
+    with pytest.raises(nf.InputError, match=r"a needle file.*needle=\"needle.toml\""):
+        nf.preset(tmp_path / "mine.toml")
+
+
+def test_a_name_that_is_almost_a_preset_is_proposed():
+    with pytest.raises(nf.InputError, match="Did you mean paper"):
+        nf.preset("papper")
+
+
+def test_a_tip_that_ends_inside_the_shaft_is_refused_in_millimetres(root):
+    body = nf.Needle(outer_diameter=1.27e-3, length=0.1, young_modulus=2e11, tip=nf.tips.Sphere(radius=0.6e-3))
+    with pytest.raises(nf.InputError, match=r"sphere that ends at a radius of 0\.6 mm.*0\.635 mm"):
+        nf.identify(nf.read(root / "examples" / "insertion.csv"), needle=body)

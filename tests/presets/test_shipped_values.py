@@ -38,7 +38,7 @@ def test_the_errata_state_the_interval_of_the_implied_poisson_ratio(root):
     found = nf.preset("paper").stiffness.reduced_modulus
     sd = found * math.hypot(PEAK_SD / PEAK, 2 * DEPTH_SD / DEPTH)
     one, two = (math.sqrt(1 - YOUNG / (found + k * sd)) for k in (1, 2))
-    page, preset = (root / "docs" / "mechanics.md").read_text(), nf.preset("paper").doubts[0]
+    page, preset = (root / "docs" / "explanation" / "mechanics.md").read_text(), nf.preset("paper").doubts[0]
     assert found - sd < YOUNG and f"$E_r = {found / 1e3:.1f} \\pm {sd / 1e3:.1f}$ kPa" in page
     assert f"spans 0 to {one:.2f}, two span 0 to {two:.2f}" in page and f"0 to {two:.2f} within two" in preset
     assert f"${100 * (contact_at_the_peak(YOUNG).force / PEAK - 1):.1f}$ %" in page
@@ -49,7 +49,7 @@ def test_the_errata_state_the_distance_of_the_physical_peak_in_deviations_and_st
     peak = contact_at_the_peak(YOUNG / 0.75, shank=0.35e-3)
     combined = math.hypot(PEAK_SD, peak.slope * DEPTH_SD)
     away = (peak.force - PEAK) / combined
-    page, doubt = (root / "docs" / "mechanics.md").read_text(), nf.preset("physical").doubts[0]
+    page, doubt = (root / "docs" / "explanation" / "mechanics.md").read_text(), nf.preset("physical").doubts[0]
     assert f"{peak.force:.3f} N is {away:.2f} combined standard deviations of a single insertion" in page
     for text in (page, doubt):
         assert f"{away * math.sqrt(5):.1f} standard errors" in text

@@ -96,7 +96,8 @@ def make_fit():
             ),
         )
         return Fit(
-            recordings=tuple(runs), parameters={each.name: each for each in estimates}, model=nf.preset("paper"),
+            recordings=tuple(runs), parameters={each.name: each for each in estimates},
+            identified_model=nf.preset("paper"),
             quality=Quality(0.0053, 0.0147, 0.991), warnings=("lateral forces are not small",),
             held_fixed=("tip half angle: 15°",),
             unknown=("The friction coefficient.",), choice=(Choice("cone", -100.0), Choice("cone_cylinder", -130.0)),
@@ -183,7 +184,7 @@ def layered_fit():
     )  # fmt: skip
     runs = (layered_run(1), layered_run(2))
     return LayeredFit(
-        recordings=runs, parameters=found, model=model, quality=Quality(NOISE, 0.003, 0.999),
+        recordings=runs, parameters=found, identified_model=model, quality=Quality(NOISE, 0.003, 0.999),
         choice=(Choice("2 layers", -964.0), Choice("1 layer", -100.0)), settings=settings,
         ruptures=ruptures, population=model, population_contact=CONTACT,
     )  # fmt: skip

@@ -13,6 +13,7 @@ import worker_tasks
 
 import needleforce as nf
 from needleforce.running import TaskError, outcomes, run_tasks, started
+from needleforce.running.workers import IN_FLIGHT
 
 COUNT = 20
 
@@ -110,3 +111,9 @@ def test_what_cannot_be_started_is_refused(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(nf.InputError, match=r"package distributed is not installed.*needleforce\[cluster\]"):
         list(run_tasks(abs, [1], scheduler="local"))
+
+
+def test_no_more_processes_are_started_than_a_system_waits_for(monkeypatch):
+    monkeypatch.setattr("needleforce.running.workers.MAX_PROCESSES", 3)
+    with started(jobs=100) as workers:
+        assert workers.window() == 3 * IN_FLIGHT

@@ -94,7 +94,7 @@ inline Trial trial_at(const Series& insertion, const Series& withdrawal, double 
 
 template <class T>
 T at_least(T value, double bound) noexcept {
-  return value > bound ? value : T{} + bound;
+  return chosen(value > bound, value, T{} + bound);
 }
 
 /// The linear coefficients: stiffness c, friction f' (both scaled), f_c and b, and what they explain.
@@ -115,17 +115,19 @@ Coefficients<T> coefficients(const Trial& trial, const StiffnessForm& form, cons
       at_least(trial.total.u2 - until.u2 - trial.u0 * (x + h) - h * (h / n) + trial.withdrawal_hh, tiny);
   const T fh = trial.total.f1 - until.f1 - trial.u0 * y - h * mean - trial.withdrawal_fh;
   // u is at most 1 in size: below this, sums of its fourth powers are rounding errors, and g is none
-  const T rounding = 1e-12 * (m.count + 1.0), exact = form.gg(m), gg = exact > rounding ? exact : rounding;
-  const T shown = exact > rounding ? T{} + 1.0 : T{}, g = shown * form.g(m), fg = shown * form.fg(m);
+  const T rounding = 1e-12 * (m.count + 1.0), exact = form.gg(m),
+          gg = chosen(exact > rounding, exact, rounding);
+  const T shown = chosen(exact > rounding, T{} + 1.0, T{}), g = shown * form.g(m), fg = shown * form.fg(m);
   const T f_sum = m.f0 + trial.withdrawal_f, count = at_least(m.count + trial.withdrawal_count, tiny);
   const T enough = 1e-12 * count;
   T b_weight = count - g * (g / gg) - trial.withdrawal_h * (trial.withdrawal_h / hh);
-  T b = (f_sum - g * (fg / gg) + trial.withdrawal_h * (fh / hh)) / (b_weight > enough ? b_weight : enough);
-  const T with_c = fg - b * g > 0 ? T{} + 1.0 : T{},
-          with_f = fh + b * trial.withdrawal_h > 0 ? T{} + 1.0 : T{};
+  T b =
+      (f_sum - g * (fg / gg) + trial.withdrawal_h * (fh / hh)) / chosen(b_weight > enough, b_weight, enough);
+  const T with_c = chosen(fg - b * g > 0.0, T{} + 1.0, T{}),
+          with_f = chosen(fh + b * trial.withdrawal_h > 0.0, T{} + 1.0, T{});
   b_weight = count - with_c * g * (g / gg) - with_f * trial.withdrawal_h * (trial.withdrawal_h / hh);
   const T level = f_sum - with_c * g * (fg / gg) + with_f * trial.withdrawal_h * (fh / hh);
-  b_weight = b_weight > enough ? b_weight : enough, b = level / b_weight;
+  b_weight = chosen(b_weight > enough, b_weight, enough), b = level / b_weight;
   const T c = with_c * (fg - b * g) / gg, slope = with_f * (fh + b * trial.withdrawal_h) / hh;
   const T gain = with_c * fg * (fg / gg) + with_f * fh * (fh / hh) + b * level + y * mean;
   return {c, slope, (y - slope * h) / n - b, b, gain};

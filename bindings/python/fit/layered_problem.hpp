@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "layered.hpp"
+#include "pair.hpp"
 
 namespace needleforce::fit {
 
@@ -292,7 +293,6 @@ class LayeredProblem {
   }
 
   static double dot(const double* a, const double* b, std::size_t n) noexcept {
-    using Pair = double __attribute__((vector_size(16)));
     const auto products = [&](std::size_t i) { return Pair{a[i], a[i + 1]} * Pair{b[i], b[i + 1]}; };
     Pair one{}, two{};  // apart, so that the additions do not wait for one another
     std::size_t i = 0;

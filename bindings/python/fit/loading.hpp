@@ -167,7 +167,7 @@ class LoadingProblem {
     const std::size_t n = samples.size();
     double free_f = 0, free_ff = 0;
     const auto add = [&](Pair depth, Pair force, Pair one) {
-      const Pair raw = (depth - origin) * unit, h = raw > 0.0 ? raw : Pair{};
+      const Pair raw = (depth - origin) * unit, h = chosen(raw > 0.0, raw, Pair{});
       std::array<Pair, size> v;
       Curve::at(h, x[1], v.data());
       Pair residual = force - near.offset;

@@ -29,7 +29,7 @@ struct ConeCylinderCurve {
   static constexpr std::size_t amplitudes = 1, columns = 3;
   static constexpr bool shaped = true;
   static void at(Pair h, double s, Pair* out) noexcept {
-    const Pair limit = Pair{} + s, cone = h < limit ? h : limit;
+    const Pair limit = Pair{} + s, cone = chosen(h < limit, h, limit);
     out[0] = cone * (2 * h - cone), out[1] = 2 * cone, out[2] = 2 * (h - cone);
   }
   static bool kinked(double) noexcept { return false; }
@@ -62,7 +62,7 @@ struct PolynomialCurve {
   static constexpr std::size_t amplitudes = 2, columns = 4;
   static constexpr bool shaped = false;
   static void at(Pair h, double, Pair* out) noexcept {
-    out[0] = h, out[1] = h * h, out[2] = h > 0.0 ? Pair{1, 1} : Pair{}, out[3] = 2 * h;
+    out[0] = h, out[1] = h * h, out[2] = chosen(h > 0.0, Pair{1, 1}, Pair{}), out[3] = 2 * h;
   }
   static bool kinked(double) noexcept { return true; }
   static double shape_of(double, double) noexcept { return 0; }

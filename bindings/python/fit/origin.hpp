@@ -45,7 +45,7 @@ inline Past<double> past_at(const Rise& rise, std::size_t i, double origin) noex
 }
 inline Past<Pair> past_pair(const Rise& rise, std::size_t i, double origin) noexcept {
   const Pair from = (pair_at(&rise.depth[i]) - origin) * rise.inverse_range;
-  const Pair past = from > 0.0 ? from : Pair{};
+  const Pair past = chosen(from > 0.0, from, Pair{});
   return {past, Pair{std::sqrt(std::sqrt(past[0])), std::sqrt(std::sqrt(past[1]))}};
 }
 

@@ -7,6 +7,8 @@
 #include <limits>
 #include <span>
 
+#include "pair.hpp"
+
 namespace needleforce::fit {
 
 /// Depth [m] and force [N] of one stroke in the order of time; equal lengths.
@@ -20,11 +22,6 @@ struct Stroke {
   }
 };
 
-/// Two samples side by side, added and compared at once (g++ and clang know this type on every target).
-using Pair = double __attribute__((vector_size(16)));
-
-inline Pair pair_at(const double* first) noexcept { return Pair{first[0], first[1]}; }
-
 /// u = (depth - centre) / half is in [-1, 1] over the insertion: fourth powers then keep their digits.
 struct Scale {
   double centre = 0, half = 1;
@@ -37,7 +34,7 @@ inline Scale scale_of(std::span<const double> depth) noexcept {
   Pair low{depth.back(), depth.back()}, high = low;
   for (std::size_t i = 0; i + 1 < depth.size(); i += 2) {
     const Pair z = pair_at(&depth[i]);
-    low = z < low ? z : low, high = z > high ? z : high;
+    low = chosen(z < low, z, low), high = chosen(z > high, z, high);
   }
   const double from = std::min(low[0], low[1]), to = std::max(high[0], high[1]);
   return {0.5 * (from + to), std::max(0.5 * (to - from), std::numeric_limits<double>::min())};
@@ -137,7 +134,7 @@ class Series {
     Pair far{row.reach, row.reach};
     for (std::size_t i = first; i + 1 < last; i += 2) {
       const Pair v = (pair_at(&stroke_.depth[i]) - scale_.centre) * inverse_, along = direction_ * v;
-      far = along > far ? along : far;
+      far = chosen(along > far, along, far);
       pairs.add(v, pair_at(&stroke_.force[i]));
     }
     Moments sums = sum(pairs);

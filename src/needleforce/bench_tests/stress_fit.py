@@ -71,7 +71,7 @@ def fit_stress(
     law sets its standard error and its degrees of freedom, n_eff less the coefficients: a law with a smooth misfit has
     few, and so a wide interval. The interval is that of the mixture of Student distributions of E over the laws,
     weighted by exp(-AICc/2) (Burnham & Anderson 2002), and of the slope at the start where the chosen law has a shape
-    that was fitted. docs/bench_tests.md has how often it contains the truth.
+    that was fitted. docs/howto/bench_tests.md has how often it contains the truth.
     """
     names = laws_named(law)
     given = _checked(curves, min_stretch, max_stretch)

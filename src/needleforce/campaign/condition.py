@@ -161,11 +161,11 @@ def condition(
         fields=fields,
         recordings=results,
         parameters={name: _checked(each) for name, each in pooled.parameters.items()},
-        model=pooled.model,
+        model=pooled.identified_model,
         quality=pooled.quality,
-        why="" if pooled.model is not None else _why(results, pooled),
+        why="" if pooled.identified_model is not None else _why(results, pooled),
         warnings=pooled.warnings,
-        shown=None if pooled.model is None else _model_trace(pooled),
+        shown=None if pooled.identified_model is None else _model_trace(pooled),
     )
 
 

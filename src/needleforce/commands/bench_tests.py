@@ -11,7 +11,7 @@ import typer
 from ..errors import InputError
 from .files import NEEDLE_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, pairs, progress, say, show, table, write_file, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, pairs, progress, say, show, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..bench_tests import BendingFit, StressFit
@@ -43,7 +43,7 @@ class TensionFlags(msgspec.Struct, frozen=True, kw_only=True):
     unit: Annotated[list[str], typer.Option(help=UNIT_HELP)] = []
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
     figure: Annotated[Path | None, typer.Option(help="Write a figure: .svg, .png or .pdf.")] = None
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    page: ReportFlags
 
 
 @takes_flags()
@@ -55,7 +55,7 @@ def tension(
     from ..bench_tests import fit_stress, laws
     from ..bench_tests.reading import ZERO_FITTED, read_stress
 
-    check_outputs([given.json, given.figure, given.report], files)
+    check_outputs([given.json, given.figure, given.page.check()], files)
     _check_figure(given.figure)
     laws.laws_named(given.law or None)
     modes = _modes(given.mode, len(files))
@@ -81,7 +81,7 @@ def tension(
     write_json(stress_document(fit, [str(file) for file in files], assumptions, not given.mode), given.json)
     write_file("figure", given.figure, fit.save_figure)
     about = {"assumptions": assumptions, "mode_assumed": not given.mode}
-    write_file("report", given.report, lambda path: fit.report(path, **about))
+    given.page.write(lambda path: fit.report(path, **about))
     _show_stress(fit, assumptions, mode_assumed=not given.mode, quiet=given.json == "-")
     if not fit.young_modulus.identifiable:
         raise typer.Exit(1)

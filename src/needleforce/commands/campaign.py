@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, show_log, table, write_file, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, show_log, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, Condition
@@ -38,7 +38,7 @@ class CampaignFlags(msgspec.Struct, frozen=True, kw_only=True):
     scheduler: Annotated[str | None, typer.Option(help=SCHEDULER_HELP)] = None
     state: Annotated[Path | None, typer.Option(help=STATE_HELP)] = None
     table: Annotated[Path | None, typer.Option(help="Write all results as one table, .csv or .parquet.")] = None
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    page: ReportFlags
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
 
 
@@ -57,7 +57,7 @@ def run(
     from ..preset_files import needle_of
 
     files = [file.path for file in campaign_files(source)[0]] if source else []
-    check_outputs([given.table, given.report, given.json], [*files, given.labels, given.needle])
+    check_outputs([given.table, given.page.check(), given.json], [*files, given.labels, given.needle])
     if given.table is not None:
         check_table(given.table)
     body = needle_of(given.needle) if given.needle else None
@@ -75,7 +75,7 @@ def run(
     written = [
         _is_written(lambda: write_json(done.to_json(), given.json) if given.json is not None else None),
         _is_written(lambda: write_file("written", given.table, done.save_table)),
-        _is_written(lambda: write_file("written", given.report, done.report)),
+        _is_written(lambda: given.page.write(done.report)),
     ]
     _show(done, quiet=given.json == "-")
     if not all(written):

@@ -12,7 +12,7 @@ from ..recording.options import ReadOptions
 from .files import MACHINE_HELP, NEEDLE_HELP, read_all, readable, screen_recordings
 from .flags import takes_flags
 from .identify import MODEL_NAMES
-from .output import JSON_HELP, check_outputs, progress, say, table, write_file, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
@@ -33,13 +33,13 @@ def run(
     machine_stiffness_N_mm: Annotated[float | None, typer.Option("--machine-stiffness-N-mm", help=MACHINE_HELP)] = None,
     reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    report: Annotated[Path | None, typer.Option(help="Write table and figure as one HTML file.")] = None,
+    page: ReportFlags,
 ) -> None:
     """Fit several models to the same recordings and compare the BIC of the loading curve and the error of predicting
     held-out repeats."""
     import needleforce as nf
 
-    check_outputs([json, report], [*files, needle])
+    check_outputs([json, page.check()], [*files, needle])
     done = screen_recordings(read_all(files, reading))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
@@ -51,7 +51,7 @@ def run(
     rows = nf.compare(readable(done), names_of(models), **options)
     write_json(rows.to_json(), json)
     shown = [file for file, each in done if not isinstance(each, nf.InputError)]
-    write_file("report", report, lambda path: rows.report(path, files=shown))
+    page.write(lambda path: rows.report(path, files=shown))
     _show(rows, quiet=json == "-")
     if all(math.isnan(row.bic) and math.isnan(row.nrmse) for row in rows):
         raise typer.Exit(1)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce identify``: identify a force model from recordings."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,7 @@ from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import MACHINE_HELP, MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, screen_recordings
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, table, write_file, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
@@ -55,7 +56,7 @@ class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None
     tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    page: ReportFlags
     save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None
     csv: Annotated[Path | None, typer.Option(help="Write all estimates as a CSV table.")] = None
     draws: Annotated[
@@ -69,11 +70,16 @@ def run(
     given: IdentifyFlags,
 ) -> None:
     """Identify a force model from recordings: events, parameters and their intervals."""
+    identify_files(files, given)
+
+
+def identify_files(files: list[Path], given: IdentifyFlags, look: Callable[[ReadFiles], None] | None = None) -> None:
+    """Identify the recordings of the files, after a ``look`` at what was read."""
     from ..identification.export import check_draws_target
     from ..preset_files import needle_of
 
     check_outputs(
-        [given.json, given.report, given.save, given.csv, given.draws],
+        [given.json, given.page.check(), given.save, given.csv, given.draws],
         [*files, *given.second_pass, *given.motion, given.needle, given.bending, given.tension],
     )
     if given.draws is not None:
@@ -83,13 +89,15 @@ def run(
     done = screen_recordings(read_all(files, given.reading, motion))
     seconds = read_all(given.second_pass, given.reading, given.motion[len(files) :])
     _print_assumptions(done + seconds)
+    if look is not None:
+        look(done)
     bench = {"bending": given.bending, "tension": given.tension}
     machine = None if given.machine_stiffness_N_mm is None else 1e3 * given.machine_stiffness_N_mm
     chosen = {"model": given.model, "layers": given.layers, "machine_stiffness": machine}
     fit = _identified(done, seconds, **chosen, needle=body, **bench, progress=progress)
-    _write(fit, given)
     _show(fit, quiet=given.json == "-")
-    if fit.model is None:
+    _write(fit, given)
+    if fit.identified_model is None:
         raise typer.Exit(1)
 
 
@@ -120,8 +128,8 @@ def _print_assumptions(done: ReadFiles) -> None:
 
 def _write(fit: "Fit", given: IdentifyFlags) -> None:
     write_json(fit.to_json(), given.json)
-    write_file("report", given.report, fit.report)
-    if fit.model is not None:
+    given.page.write(fit.report)
+    if fit.identified_model is not None:
         write_file("model", given.save, fit.save)
     elif given.save is not None:
         say(f"{given.save}: not written, because no model was identified")

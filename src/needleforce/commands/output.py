@@ -2,20 +2,28 @@
 """Output of the commands: tables, text and JSON on standard output; messages, progress and a live view on standard
 error. Texts are made printable here, because parts of them come from files and devices."""
 
+import codecs
 import contextlib
 import json
 import os
 import sys
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from ..acquisition.settings import Progress
-from ..errors import printable
+import msgspec
+import typer
+
+from ..errors import InputError, printable
 from ..files import atomic_write, checked_target, json_safe
 
+if TYPE_CHECKING:
+    from ..acquisition.settings import Progress
+
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
-REPORT_HELP = "Write a report as one HTML file."
+_SIGNS = {"μ": "u", "±": "+-", "°": "deg", "–": "-", "−": "-", "·": "*", "÷": "/", "×": "x", "→": "->", "Δ": "d"}
+_TYPED = str.maketrans(_SIGNS | dict.fromkeys(map(chr, range(0x300, 0x370))))  # without accents
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
@@ -45,13 +53,20 @@ def show(text: str) -> None:
 
 def prepare_streams() -> None:
     """Make the standard streams able to take any text: those that are closed lead nowhere, as the caller wants, and
-    what the terminal's encoding lacks is written as ``\\xb5``."""
+    what the terminal's encoding lacks is written as it would be typed, ``N/mm2``, or else as ``\\u2800``."""
+    codecs.register_error("needleforce", _typed)
     for name in ("stdout", "stderr"):
         stream = getattr(sys, name)
         if stream is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
         elif hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")
+            stream.reconfigure(errors="needleforce")
+
+
+def _typed(error: UnicodeError) -> tuple[str, int]:
+    """A handler of encoding errors that writes with the characters of a plain keyboard."""
+    text = unicodedata.normalize("NFKD", error.object[error.start : error.end]).translate(_TYPED)
+    return text.encode("ascii", "backslashreplace").decode(), error.end
 
 
 def progress(work: Iterable[Any], text: str) -> Iterable[Any]:
@@ -106,10 +121,30 @@ def write_file(what: str, path: Path | None, write: Callable[[Path], None]) -> N
         say(f"{what}: {path}")
 
 
+class ReportFlags(msgspec.Struct, frozen=True, kw_only=True):
+    """The flags of a command that writes a report."""
+
+    report: Annotated[Path | None, typer.Option(help="Write a report as one HTML file.")] = None
+    open: Annotated[bool, typer.Option("--open", help="Open the report in the browser.")] = False
+
+    def check(self) -> Path | None:
+        """The report's file. Raises InputError for ``--open`` without one."""
+        if self.open and self.report is None:
+            raise InputError("--open", "given", "there is no report", next_step="Add --report report.html.")
+        return self.report
+
+    def write(self, write: Callable[[Path], None]) -> None:
+        """Write the report and open it, as the flags have it."""
+        write_file("report", self.report, write)
+        if self.open and self.report is not None:
+            import webbrowser
+
+            if not webbrowser.open(self.report.resolve().as_uri()):
+                say("no browser was found on this computer: open the report on another one")
+
+
 def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
     """Raise InputError, before any work, for an output that cannot be written, is an input, or is named twice."""
-    from ..errors import InputError
-
     taken = {Path(path).resolve(): "read" for path in inputs if path is not None}
     for path in outputs:
         if path is None or str(path) == "-":
@@ -122,8 +157,6 @@ def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
 
 def pairs(options: list[str], option: str) -> dict[str, str]:
     """Options such as ``force=fz`` as a dictionary."""
-    from ..errors import InputError
-
     for text in options:
         if "=" not in text:
             step = f"Write for example --{option} {EXAMPLES.get(option, 'time=us')}."
@@ -141,7 +174,7 @@ class Rates:
     def __init__(self):
         self._before: list[Progress] = []
 
-    def over_last_second(self, now: Progress) -> tuple[float | None, int]:
+    def over_last_second(self, now: "Progress") -> tuple[float | None, int]:
         """Rate and losses up to ``now``; the rate is None in the first call."""
         self._before.append(now)
         while len(self._before) > 2 and now.seconds - self._before[1].seconds >= 1.0:
@@ -151,7 +184,7 @@ class Rates:
         return (now.received - then.received) / span if span > 0.0 else None, now.lost - then.lost
 
 
-def facts(now: Progress, rate: float | None, lost: int) -> list[tuple[str, str]]:
+def facts(now: "Progress", rate: float | None, lost: int) -> list[tuple[str, str]]:
     """The displayed values as names and texts."""
     depth = "-" if now.depth is None else f"{1e3 * now.depth:8.2f} mm"
     return [
@@ -166,7 +199,7 @@ def facts(now: Progress, rate: float | None, lost: int) -> list[tuple[str, str]]
 
 
 @contextlib.contextmanager
-def live_view(plain: bool = False) -> Iterator[Callable[[Progress], None] | None]:
+def live_view(plain: bool = False) -> Iterator[Callable[["Progress"], None] | None]:
     """A view for ``record_run``: one line per second if ``plain``, a panel in a terminal, otherwise None."""
     if plain:
         yield _lines()
@@ -177,10 +210,10 @@ def live_view(plain: bool = False) -> Iterator[Callable[[Progress], None] | None
             yield view
 
 
-def _lines() -> Callable[[Progress], None]:
+def _lines() -> Callable[["Progress"], None]:
     rates, printed = Rates(), [-1]
 
-    def view(now: Progress) -> None:
+    def view(now: "Progress") -> None:
         rate, lost = rates.over_last_second(now)
         if int(now.seconds) > printed[0]:
             printed[0] = int(now.seconds)
@@ -190,7 +223,7 @@ def _lines() -> Callable[[Progress], None]:
 
 
 @contextlib.contextmanager
-def _panel() -> Iterator[Callable[[Progress], None]]:
+def _panel() -> Iterator[Callable[["Progress"], None]]:
     from rich.console import Console
     from rich.live import Live
     from rich.text import Text
@@ -198,7 +231,7 @@ def _panel() -> Iterator[Callable[[Progress], None]]:
     rates = Rates()
     with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
 
-        def view(now: Progress) -> None:
+        def view(now: "Progress") -> None:
             rate, lost = rates.over_last_second(now)
             text = Text()
             for name, value in facts(now, rate, lost):

@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import read_all
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, say, table, write_file, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, say, table, write_json
 
 if TYPE_CHECKING:
     from ..bench_tests import PenetrationTests
@@ -36,7 +36,7 @@ class PenetrationFlags(msgspec.Struct, frozen=True, kw_only=True):
     reading: ReadOptions
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
     table_file: Annotated[Path | None, typer.Option("--table", help="Write a table (CSV), a row a needle.")] = None
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    page: ReportFlags
 
 
 @takes_flags(part="all")
@@ -47,7 +47,7 @@ def run(
     """Figures of penetration tests of needles: peaks at tip entry and heel, plateau drag, work, with statistics."""
     from ..bench_tests import penetration_tests
 
-    check_outputs([given.json, given.table_file, given.report], files)
+    check_outputs([given.json, given.table_file, given.page.check()], files)
     plateau = _plateau_travel(given.plateau_mm)
     work_to = None if given.work_to_mm is None else given.work_to_mm / 1e3
     needles = needles_of(files, given.reading)
@@ -55,7 +55,8 @@ def run(
         needles, min_fall=given.min_fall_n, tips=given.tips, plateau_travel=plateau, work_to=work_to
     )
     write_json(tests.to_json(), given.json)
-    _write_penetration(tests, given.table_file, given.report)
+    _write_table(tests, given.table_file)
+    given.page.write(tests.report)
     _show_penetration(tests, quiet=given.json == "-")
     if all(test.empty for test in tests.tests):
         raise typer.Exit(1)
@@ -86,7 +87,7 @@ def _plateau_travel(text: str | None) -> tuple[float, float] | None:
     return first, last
 
 
-def _write_penetration(tests: "PenetrationTests", table_file: Path | None, report: Path | None) -> None:
+def _write_table(tests: "PenetrationTests", table_file: Path | None) -> None:
     from ..files import atomic_write
 
     if table_file is not None:
@@ -94,7 +95,6 @@ def _write_penetration(tests: "PenetrationTests", table_file: Path | None, repor
         with atomic_write(table_file) as file:
             file.write(text)
         say(f"table: {table_file}")
-    write_file("report", report, tests.report)
 
 
 def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 import typer
 
-from ..acquisition.settings import Progress
 from ..errors import InputError
 from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, live_view, say, write_json
 
 if TYPE_CHECKING:
-    from ..acquisition.settings import RunResult, Settings
+    from ..acquisition.settings import Progress, RunResult, Settings
     from ..acquisition.sources.source import MotionAxis
     from ..acquisition.sources.standard_input import StandardInput
     from ..protocol.protocol import Protocol
@@ -188,7 +187,7 @@ def _run_protocol(
     open_sources: Callable[[], tuple],
     settings: "Settings",
     *,
-    view: Callable[[Progress], None] | None,
+    view: "Callable[[Progress], None] | None",
     same_site: bool,
 ) -> "CampaignOutcome":
     from ..protocol import run_protocol

@@ -30,7 +30,7 @@ class RigFlags(msgspec.Struct, frozen=True, kw_only=True):
     filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter, at 1 kHz.")] = 10
     fault: Annotated[
         list[str] | None,
-        typer.Option(help="Fault to simulate, such as lost=0.05; may be repeated (list: docs/rig.md)."),
+        typer.Option(help="Fault to simulate, such as lost=0.05; may be repeated (list: docs/howto/rig.md)."),
     ] = None
     duration_s: Annotated[
         float | None, typer.Option(min=0.0, help="End after this time; default: run until Ctrl-C.")

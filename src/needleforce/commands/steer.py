@@ -11,7 +11,7 @@ import typer
 from ..errors import InputError
 from .files import NEEDLE_HELP, PRESET_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, say, show, table, write_file, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, say, show, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..steering import Plan
@@ -40,7 +40,7 @@ class SteerSimulateFlags(msgspec.Struct, frozen=True, kw_only=True):
     ] = 6
     seed: Annotated[int, typer.Option(help="Of the rig: the same seed gives the same phantom and noise.")] = 1
     axial: Annotated[str | None, typer.Option(help=AXIAL_HELP)] = None
-    report: Annotated[Path | None, typer.Option(help=f"{REPORT_HELP} Of a model.")] = None
+    page: ReportFlags
 
 
 @app.command()
@@ -49,13 +49,12 @@ def simulate(given: SteerSimulateFlags) -> None:
     """Simulate insertions: of an identified needle, or tracked tips of the steering rig, to be identified."""
     import needleforce as nf
 
-    check_outputs([given.output, given.report], [given.model, given.motion])
+    check_outputs([given.output, given.page.check()], [given.model, given.motion])
     laws = nf.preset(given.axial) if given.axial else None
     if given.model is None:
-        if given.report:
-            raise InputError(
-                "--report", str(given.report), "needs --model", next_step="Identify the rig's table first."
-            )
+        if given.page.report:
+            step = "Identify the rig's table first."
+            raise InputError("--report", str(given.page.report), "needs --model", next_step=step)
         _simulate_rig(
             given.output,
             given.motion,
@@ -68,8 +67,7 @@ def simulate(given: SteerSimulateFlags) -> None:
     moves = _motion(given.motion, _depths(given.depth_mm, given.step_mm), given.roll_deg)
     run = nf.steering.simulate(nf.steering.load(given.model), moves, axial=laws)
     run.write(given.output)
-    if given.report:
-        run.report(given.report)
+    given.page.write(run.report)
     if run.lost.any():
         say("warning: the needle buckles, or a step is impossible; see the column status")
     x, y, z = 1e3 * run.tip[-1]
@@ -90,7 +88,7 @@ class SteerIdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     held: Annotated[str, typer.Option(help="guide at a fixed distance from the surface, or hub.")] = "guide"
     length_unit: Annotated[str | None, typer.Option(help="Of all lengths, where the table states none.")] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    page: ReportFlags
     save: Annotated[Path | None, typer.Option(help="Write the identified needle, for steer plan.")] = None
 
 
@@ -105,7 +103,7 @@ def identify(
 
     from ..preset_files.presets import needle_of
 
-    check_outputs([given.json, given.report, given.save], [file])
+    check_outputs([given.json, given.page.check(), given.save], [file])
     measured = _named(_measured(file, given.length_unit), given.only)
     options: dict[str, Any] = {"model": given.model} if given.model else {}
     if isinstance(measured[0], nf.steering.TipPath):
@@ -121,7 +119,7 @@ def identify(
         table("residual of each insertion", *fit.insertion_table())
     for remark in fit.remarks():
         say(remark)
-    write_file("report", given.report, fit.report)
+    given.page.write(fit.report)
     write_file("model", given.save, fit.save)
 
 
@@ -145,7 +143,7 @@ class SteerPlanFlags(msgspec.Struct, frozen=True, kw_only=True):
     ] = None
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of base motions to write (CSV).")] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    page: ReportFlags
 
 
 @app.command()
@@ -156,7 +154,7 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
 
     from ..steering import SteeringLimits
 
-    check_outputs([given.output, given.json, given.report], [model, given.measured])
+    check_outputs([given.output, given.json, given.page.check()], [model, given.measured])
     limits = SteeringLimits(
         max_lateral=1e-3 * given.max_lateral_mm,
         max_lateral_step=1e-3 * given.max_lateral_step_mm,
@@ -181,8 +179,7 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
     write_json(found.to_json(), given.json)
     if given.output:
         found.motion.write(given.output)
-    if given.report:
-        found.report(given.report)
+    given.page.write(found.report)
     _show_plan(found, quiet=given.json == "-")
     if found.faults:
         raise typer.Exit(1)

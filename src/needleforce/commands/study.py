@@ -8,7 +8,7 @@ import msgspec
 import typer
 
 from .flags import takes_flags
-from .output import JSON_HELP, REPORT_HELP, check_outputs, progress, say, show, write_file, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, show, write_json
 
 NAME = "study"
 
@@ -24,7 +24,7 @@ class StudyFlags(msgspec.Struct, frozen=True, kw_only=True):
         str | None, typer.Option(help="Address of a Dask scheduler, or local; needs the extra cluster.")
     ] = None
     yes: Annotated[bool, typer.Option("--yes", help="Run a study of more than an hour or 10 GB.")] = False
-    report: Annotated[Path | None, typer.Option(help=REPORT_HELP)] = None
+    page: ReportFlags
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
 
 
@@ -36,10 +36,10 @@ def run(
     """Simulate the insertions of a question and say what its outputs depend on."""
     from ..studies import study
 
-    check_outputs([given.report, given.json], [file])
+    check_outputs([given.page.check(), given.json], [file])
     result = study(file, jobs=given.jobs, scheduler=given.scheduler, out=given.out, yes=given.yes, progress=progress)
     write_json(result.to_json(), given.json)
-    write_file("written", given.report, result.report)
+    given.page.write(result.report)
     if given.out is not None:
         say(f"written: {given.out}")
     if given.json != "-":

@@ -6,7 +6,7 @@ comes to rest from any state if for one gamma in (0, 1]
 
     1/K + Re G - gamma cot(w/2) Im G - (1 - gamma) f |G|^2 > 0    on the unit circle, z = exp(i w), 0 < w <= pi;
 
-docs/rest.md has the proof. In x = tan(w/2)^2 this is a polynomial, whose positive roots are counted exactly (Sturm),
+Its page has the proof. In x = tan(w/2)^2 this is a polynomial, whose positive roots are counted exactly (Sturm),
 in rational numbers: nothing is left between the points of a grid. It is the form that the criteria of Tsypkin and of
 Jury and Lee take for an element that slips.
 """

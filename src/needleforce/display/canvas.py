@@ -9,6 +9,7 @@ import re
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -90,6 +91,7 @@ def panels(
 def axis_names(axes: "Axes", x: str, y: str) -> None:
     """Quantity and unit of both axes; that of the vertical axis is horizontal text above it."""
     axes.set_xlabel(x, loc="right")
+    axes.set_label(y)  # under it the page shows values
     axes.annotate(y, (0.0, 1.0), (-32.0, 8.0), xycoords="axes fraction", textcoords="offset points", va="bottom")
 
 
@@ -110,10 +112,11 @@ def save_drawing(path: Path, draw: Callable, height: float, sheet: Sheet = FULL)
 def svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
     """One drawing as an ``svg`` element, the same for the same input."""
     # the salt makes the names of clip paths unique: two drawings of one page must not share them
-    style, text = {"svg.hashsalt": f"{name}-{sheet.width:g}"}, io.BytesIO()
+    # a curve keeps its points: they are the values that the page shows
+    style, text = {"svg.hashsalt": f"{name}-{sheet.width:g}", "path.simplify": False}, io.BytesIO()
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph")  # the browser's fonts draw the text, not matplotlib's
-        _save(draw, sheet, height, style, text, format="svg", metadata=_NO_METADATA)
+        _save(partial(_touchable, draw), sheet, height, style, text, format="svg", metadata=_NO_METADATA)
     return _inline(text.getvalue().decode(), sheet, height, alt)
 
 
@@ -128,17 +131,46 @@ def _save(draw: Callable, sheet: Sheet, height: float, style: dict, file: Binary
         figure.savefig(file, **options)
 
 
+def _touchable(draw: Callable, figure: "Figure", sheet: Sheet) -> None:
+    """Draw, and name for ``touch.js`` the panels with quantities on both axes, their curves, ticks and labels.
+
+    The values are not written twice: box and limits of a panel give them from the points of its curves.
+    """
+    draw(figure, sheet)
+    for axes in figure.axes:
+        together = axes.get_shared_x_axes().get_siblings(axes)
+        x, y = next((each.get_xlabel() for each in together if each.get_xlabel()), ""), axes.get_label()
+        if not x or not y:
+            continue
+        box, height = axes.bbox, figure.bbox.height
+        edges = box.x0, height - box.y1, box.x1, height - box.y0
+        limits = *axes.get_xlim(), *axes.get_ylim()
+        numbers = (" ".join(f"{value:.7g}" for value in each) for each in (edges, limits))
+        axes.set_gid(f"data-panel={'|'.join((*numbers, x, y))}")
+        for curve in axes.lines:
+            if curve.get_transform() == axes.transData:
+                curve.set_gid(f"data-curve={curve.get_label() if curve.get_label()[0] != '_' else ''}")
+        for tick in (*axes.xaxis.get_major_ticks(), *axes.yaxis.get_major_ticks()):
+            tick.set_gid("data-ticks=")
+        for label in axes.texts:
+            follows = (True, True)
+            if label.xycoords != "data":
+                follows = getattr(label.xycoords, "contains_branch_seperately", lambda _: ())(axes.transData)
+            label.set_gid(f"data-label={''.join(name for name, each in zip('xy', follows) if each)}")
+
+
 def _inline(text: str, sheet: Sheet, height: float, alt: str) -> Markup:
     """The drawing's content in a new ``svg`` element, without prologue, name spaces, styles and names of groups."""
     content = text[text.index(">", text.index("<svg")) + 1 :]
     content = re.sub(r"<metadata>.*?</metadata>|<style.*?</style>", "", content, flags=re.DOTALL)
+    content = re.sub(r'<g id="(data-\w+)=([^"]*)"', r'<g \1="\2"', content)
     content = re.sub(r'<g id="[^"]*"', "<g", content)
     content = re.sub(r'(<text [^>]*?) ?font-family: [^;"]*;?', r"\1", content)  # the page's fonts
     content = re.sub(r' transform="rotate\(-?0 [^"]*"', "", content)
     content = re.sub(r' d="([^"]*)"', lambda path: f' d="{_short(path[1])}"', content)
     view = f"0 0 {sheet.width:g} {height:g}"
     opening = Markup('<svg viewBox="{}" role="img" aria-label="{}">').format(view, alt)
-    return opening + Markup(content.strip())
+    return opening + Markup(re.sub(r">\s+<", "><", content.strip()))
 
 
 def _short(path: str) -> str:
@@ -163,6 +195,9 @@ class Labels:
 
     def on(self, text: str, x: np.ndarray, y: np.ndarray, colour: str, size: float = TEXT) -> None:
         """Label the curve (x, y), at the best place along it."""
+        for curve in self.axes.lines:
+            if curve.get_label().startswith("_") and np.array_equal(curve.get_xydata(), np.column_stack([x, y]), True):
+                curve.set_label(text)
         points = self._along(np.asarray(x, float), np.asarray(y, float))
         if len(points):
             points = points[:: max(len(points) // 40, 1)]

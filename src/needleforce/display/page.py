@@ -30,6 +30,11 @@ class Figure:
         return figure_html(self.name, [drawn], self.caption, self.title, "side-caption" if self.side_caption else "")
 
 
+def script() -> Markup:
+    """What lets a reader zoom the drawings before it and read their values; they are complete without it."""
+    return element("script", Markup((FOLDER / "touch.js").read_text(encoding="utf-8")))
+
+
 def figure_html(name: str, drawings: Sequence[Markup], caption: object, title: str = "", class_: str = "") -> Markup:
     """Drawings with a title and a caption."""
     return templates().get_template("parts.html").module.figure(name, drawings, caption, title, class_)
@@ -92,7 +97,8 @@ class Page:
         style = Markup("".join((FOLDER / name).read_text(encoding="utf-8") for name in names))
         shown = [each for each in self.sections if each is not None]
         template = templates().get_template("page.html")
-        return visible(template.render(page=self, sections=shown, style=style, version=__version__))
+        touch = script() if any("data-panel" in each.contents for each in shown) else ""
+        return visible(template.render(page=self, sections=shown, style=style, script=touch, version=__version__))
 
     def write(self, path: str | os.PathLike) -> None:
         """Write the page as one file that opens offline. Raises InputError if the file cannot be written."""

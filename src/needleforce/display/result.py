@@ -101,6 +101,13 @@ class Result(Printed):
         if axes.get_legend_handles_labels()[1]:
             axes.legend(frameon=False)
 
+    def _repr_html_(self) -> Markup:
+        from .canvas import FULL, svg
+        from .page import script
+
+        drawing = svg("notebook", self._draw_sheet, FULL, 300.0, "The values are in the table.")
+        return join([super()._repr_html_(), element("div", drawing, style="max-width: 60em"), script()])
+
     def plot(self, axes: Any = None) -> Any:
         """Draw the result.
 

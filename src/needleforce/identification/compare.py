@@ -146,7 +146,8 @@ def _row(
 
 def _why_none(fit: Fit) -> tuple[str, ...]:
     """Why recordings have no model."""
-    return () if fit.model is not None else tuple(dict.fromkeys(each.notes[0] for each in fit.recordings if each.notes))
+    reasons = dict.fromkeys(each.notes[0] for each in fit.recordings if each.notes)
+    return tuple(reasons) if fit.identified_model is None else ()
 
 
 def _with_loading_curve(row: ModelRow, law: str, common: list[SegmentedRecording]) -> ModelRow:
@@ -198,7 +199,7 @@ def _identified(
 
 def _shared_parameters(fit: Fit) -> int:
     """How many parameters the repeats of a layered fit share, or each insertion alone has; 0 without a model."""
-    if fit.model is None:
+    if fit.identified_model is None:
         return 0
     from .layered.insertion_problem import SIZE
 

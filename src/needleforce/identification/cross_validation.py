@@ -122,7 +122,7 @@ def _left_out(
     added to ``refused``."""
     others = identified(usable[:k] + usable[k + 1 :]) if len(usable) > 1 else None
     floor = cycles[k].errors(mean_of_others(cycles, k))
-    if others is None or others.model is None:
+    if others is None or others.identified_model is None:
         return [np.full(4, np.nan), np.full(4, np.nan), floor]
     left, cycle = usable[k], cycles[k]
     # a replay uses the punctures of the repeat, but neither its contact nor its exit

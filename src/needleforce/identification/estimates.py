@@ -23,7 +23,7 @@ WITH_OWN_RULE = {"friction_bend", "presliding"}  # may be negative; identifiable
 WITHOUT_PRODUCT = {"contact_depth"}  # measured from an arbitrary zero: its products have no meaning
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Estimate:
     """One identified quantity with its interval, in SI units.
 
@@ -77,6 +77,9 @@ class Estimate:
         share = sum(self.systematic) / (self.high - self.low) if self.high > self.low else 0.0
         return "most" if share > 0.5 else "part" if share >= MIN_SHOWN_SHARE else ""
 
+    def __repr__(self) -> str:
+        return f"<Estimate {self.name}: {self.shown}{'' if self.identifiable else ', not identifiable'}>"
+
     def document(self) -> dict:
         """The fields, and ``random``, as tables and JSON have them."""
         return asdict(self) | {"random": self.random}
@@ -108,6 +111,7 @@ class Parameters(Printed, dict[str, Estimate]):
     It prints as a table of values with their intervals; in a notebook as the same table in HTML.
     """
 
+    __repr__ = Printed.__str__
     HEAD = ("quantity", f"value, {INTERVAL}", "systematic", "sd between repeats", "identifiable", "how obtained")
 
     def __getattr__(self, name: str) -> Estimate:

@@ -233,15 +233,15 @@ def _with_layers(
     punctured = any(single.fits for single in singles)
     if not any(len(single.strokes.depth_out) if punctured else held_by_tissue(single) for single in singles):
         return fit
-    if fit.model is not None and not misses_cycle(fit, singles):
+    if fit.identified_model is not None and not misses_cycle(fit, singles):
         return fit
     from .layered.identify import identify_layered
 
     layered = identify_layered(singles, DEFAULT_LAYERED, given, None, progress)
-    if layered.model is None:
+    if layered.identified_model is None:
         return fit
     layered = with_one_layer_parameters(layered, fit)
-    if fit.model is None:
+    if fit.identified_model is None:
         reason = LAYERED_BY_DEFAULT if punctured else LAYERED_WITHOUT_PUNCTURE
         return dataclasses.replace(layered, warnings=(reason, *layered.warnings))
     evidence = cycle_evidence(fit, layered, singles, len(layered.parameters))
@@ -259,9 +259,9 @@ def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording]
     from .layered.insertion_layers import identify_insertion_layers
 
     layered = identify_insertion_layers(singles, given, None)
-    if layered.model is None or len(layered.model.layers) == 1:
+    if layered.identified_model is None or len(layered.model.layers) == 1:
         return fit
-    if fit.model is None:
+    if fit.identified_model is None:
         return dataclasses.replace(layered, warnings=(LAYERS_BY_PUNCTURES, *layered.warnings))
     evidence = cycle_evidence(fit, layered, singles, 0)
     if evidence is None:
@@ -308,7 +308,7 @@ def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
     first, and no parameter of a deeper layer is identifiable."""
     from .layered.model_selection import stroke_evidence
 
-    if fit.model is None or not one.choice:
+    if fit.identified_model is None or not one.choice:
         return fit
     if (evidence := stroke_evidence(one, fit, fit.held_out, singles)) is None:
         return fit
@@ -348,7 +348,7 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
     return Fit(
         recordings=fits,
         parameters=parameters,
-        model=model,
+        identified_model=model,
         quality=residual,
         warnings=misfit_warning(residual) + warnings_of(singles, model, law) + trouble,
         held_fixed=held_fixed(given, law, parameters),
@@ -368,7 +368,7 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
     if match is not None and not match.met:
         of_law = found.keys() & set(FITS[law].parameters)
         found |= {name: dataclasses.replace(found[name], identifiable=False) for name in of_law}
-    found |= {} if peak is None else {"puncture_force": peak.estimate(fit.causes)}
+    found |= {} if peak is None else {"puncture_force": peak.estimate(fit)}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:
         held = "held fixed: from the needle's tip and radius"

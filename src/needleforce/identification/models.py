@@ -93,6 +93,13 @@ def needle_saturation(needle: Needle | None) -> float | None:
     """The depth [m] at which a cone on this needle's shank saturates; None for an unknown tip or needle."""
     if needle is None or needle.tip is None:
         return None
+    tip, reach = needle.tip, needle.tip.end / needle.radius
+    if reach < 1.0 - 1e-9:
+        value = f"a {tip.name} that ends at a radius of {1e3 * tip.end:.4g} mm"
+        step = "Give a tip that reaches the shaft, or the diameter of the shaft behind the tip."
+        raise InputError("tip", value, f"inside the shaft's radius of {1e3 * needle.radius:.4g} mm", next_step=step)
+    if reach < 1.0 + 1e-9 and tip.end > tip.flat:  # as of a half sphere: the contact nears the shank at no finite depth
+        return None
     return contact(needle.tip, contact_radius=needle.radius, reduced_modulus=1.0).depth
 
 

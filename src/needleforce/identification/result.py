@@ -38,8 +38,8 @@ class Fit(EstimateResult):
         The result of each recording.
     parameters : Parameters
         Pooled estimates by name, also as attributes: ``fit.parameters.puncture_force``.
-    model : Model or None
-        The identified model; None where no recording could be identified.
+    identified_model : Model or None
+        The model; None where no recording could be identified. ``fit.model`` is the same, or an error with the reason.
     quality : Quality or None
         Residual over all recordings with a model.
     warnings : tuple of str
@@ -58,7 +58,7 @@ class Fit(EstimateResult):
 
     recordings: tuple[RecordingFit, ...] = ()
     parameters: Parameters = field(default_factory=Parameters)
-    model: Model | None = None
+    identified_model: Model | None = None
     quality: Quality | None = None
     warnings: tuple[str, ...] = ()
     held_fixed: tuple[str, ...] = ()
@@ -125,7 +125,7 @@ class Fit(EstimateResult):
         InputError
             For a fit without a model.
         """
-        model, contact = self.identified_model(), self.parameters["contact_depth"].value
+        model, contact = self.model, self.parameters["contact_depth"].value
         if events is None:
             return model, contact
         return replayed(model, self.parameters, self.recordings, events, recording)
@@ -209,7 +209,7 @@ class Fit(EstimateResult):
         """Write the identified model as a preset file. Raises InputError for a fit without a model."""
         from ..preset_files.build import save
 
-        save(self.identified_model(), path)
+        save(self.model, path)
 
     def _draw(self, axes: Any) -> tuple[str, ...]:
         """Force over indentation, measured and modelled, of every recording."""
@@ -222,19 +222,20 @@ class Fit(EstimateResult):
                 axes.plot(indentation, each.predicted, color=MODEL, lw=1.2, label="" if k else "model")
         return INDENTATION, FORCE
 
-    def identified_model(self) -> Model:
-        """The model. Raises InputError with the reason where there is none."""
-        if self.model is None:
+    @property
+    def model(self) -> Model:
+        """The identified model. Raises InputError with the reason where ``identified_model`` is None."""
+        if self.identified_model is None:
             stated = [each for each in self.warnings if each.startswith("No model")]
             stated = stated or [note for each in self.recordings for note in each.notes[:1]]
             reason = "; ".join(stated) or "there was no recording"
             step = "See fit.warnings and the notes of each of fit.recordings."
             raise InputError("model of the fit", "missing", reason, next_step=step)
-        return self.model
+        return self.identified_model
 
     def _heading(self) -> str:
         answering = sum(bool(each.parameters) for each in self.recordings)
-        name = "no model" if self.model is None else f"model {self.model.name}"
+        name = "no model" if self.identified_model is None else f"model {self.model.name}"
         rms = "" if self.quality is None else f", residual {1e3 * self.quality.rmse_N:.3g} mN rms"
         share = ""
         if self.quality is not None:

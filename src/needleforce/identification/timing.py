@@ -3,12 +3,15 @@
 not declared.
 
 A needle at rest in tissue that is withdrawn changes its force in the instant in which it moves, whatever the tissue.
-The samples of white noise are independent; those behind an average of n samples are not, up to n - 1 samples apart.
+The samples of white noise are independent; those behind an average of n samples are not, up to n - 1 samples apart. A
+puncture behind such a filter is a straight fall over n samples, and the force at rest then changes by no more than a
+share k / n in the first k samples of the withdrawal, whatever the tissue.
 """
 
 import itertools
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -19,6 +22,7 @@ from ..segmentation.strokes import white_noise
 from ..vocabulary import Phase
 from .motion import DepthSignal, smoothed
 from .statistics.noise import SIGNIFICANT, TWO_SIDED, noise_of
+from .statistics.regression import VERY_STRONG_BIC
 from .strokes import own_spans
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
@@ -27,9 +31,13 @@ MAX_SAMPLES = 100  # of the window: more add time and little knowledge
 STRETCHES = np.geomspace(5e-6, 5e-3, 8)  # [m] travel over which the force follows the reversal
 MIN_CHANGE_SIGMA = 20.0  # [standard deviations of a sample] of the force, so that a tenth of it is seen
 MIN_FOLLOWING = 1e-6  # mean square of the travel over its stretch
+MIN_SHARE = 0.1  # of the change of the force that shows how fast it changes
 FOLLOWED = 0.8  # of the change of the force
 MIN_REST_SAMPLES = 5
 MIN_FREE_SAMPLES = 100  # for the correlation of the noise
+MIN_FALL, MIN_FALL_BLOCKS, FALL_BLOCKS = 3, 12, 24  # samples of a fall that may be that of a filter, and their blocks
+LENGTHS, STARTS = np.geomspace(0.5, 3.0, 20), np.linspace(-0.3, 0.3, 13)  # [of the fall] of a filter, from the peak
+RUPTURE_LENGTHS, RUPTURE_POWERS = np.geomspace(0.15, 1.2, 10), (1.0, 1.5, 2.0, 3.0)  # that it is compared with
 
 
 @dataclass(frozen=True)
@@ -55,36 +63,24 @@ class Lag:
     @property
     def significant(self) -> bool:
         """Whether no lag is excluded: noise leads to that less than once in a thousand recordings."""
-        return max(self.low, -self.high) > SIGNIFICANT * self.error
+        return not self.allows(0.0)
 
-
-def significant_lag(recording: Recording, events: Events, signal: DepthSignal) -> Lag | None:
-    """The lag at the start of the withdrawal after a hold, if it is significant and a tip that unloads at once does not
-    explain it, otherwise None.
-
-    Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
-    then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
-    follows is not known better than between these two, which give the range. The error is half the range of lags whose
-    sum of squares the noise allows, and a sample. No lag is outside the range of both if it is inside that of the
-    first, so that the second need not be looked at.
-    """
-    search = lag_search(recording, events, signal)
-    if search is None:
-        return None
-    first = search.best(linearly=True)
-    if abs(first[0]) <= SIGNIFICANT * search.error(first[1]):
-        return None
-    lag = _between([first, search.best(linearly=False)], search)
-    if lag is None or not lag.significant:
-        return None
-    return None if lag.time < 0.0 and search.unloads_at_once(lag.time) else lag
+    def allows(self, time: float) -> bool:
+        """Whether a lag of so much ``time`` [s] is not excluded, at the same level."""
+        return self.low - SIGNIFICANT * self.error <= time <= self.high + SIGNIFICANT * self.error
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LagSearch:
-    """What a search for a lag needs: ``time`` and ``force`` (n,) of the window, the times and the ``travel`` (m,) back
-    from the hold around it, the ``stretches`` that the noise of the depth leaves, the noise's ``correlation``, and the
-    ``resolution`` [s] of sampling and depth."""
+    """A search for the lag at the start of the withdrawal after a hold: ``time`` and ``force`` (n,) of the window, the
+    times and the ``travel`` (m,) back from the hold around it, the ``stretches`` that the noise of the depth leaves,
+    the noise's ``correlation``, and the ``resolution`` [s] of sampling and depth.
+
+    Least squares of F(t) = a + b t + c g(d(t - lag) / s), where d is the travel back from the hold: a relaxing force,
+    then one that follows the reversal over a stretch s of any length, g being 1 - exp(-x) or x up to 1. How the force
+    follows is not known better than between these two, which give the range. The error is half the range of lags whose
+    sum of squares the noise allows, and a sample.
+    """
 
     time: np.ndarray
     force: np.ndarray
@@ -93,6 +89,29 @@ class LagSearch:
     stretches: np.ndarray
     correlation: float
     resolution: float
+
+    @cached_property
+    def significant(self) -> Lag | None:
+        """The lag, if it is significant and a tip that unloads at once does not explain it, otherwise None. No lag is
+        outside the range of both if it is inside that of the first, so that the second need not be looked at."""
+        lag, half = self.linear
+        if abs(lag) <= SIGNIFICANT * self.error(half) or (found := self.possible) is None or not found.significant:
+            return None
+        return None if found.time < 0.0 and self.unloads_at_once(found.time) else found
+
+    @cached_property
+    def possible(self) -> Lag | None:
+        """The range of the lags, with the larger error; None for a lag beyond those that are searched."""
+        found = [self.linear, self.best(linearly=False)]
+        low, high = sorted(lag for lag, _ in found)
+        if not -MAX_LAG_S < low <= high < MAX_LAG_S:
+            return None
+        return Lag(low, high, self.error(max(half for _, half in found)))
+
+    @cached_property
+    def linear(self) -> tuple[float, float]:
+        """The best lag of a force that follows linearly."""
+        return self.best(linearly=True)
 
     def error(self, half: float) -> float:
         """Standard error [s] with half the range of lags that the noise allows."""
@@ -158,14 +177,6 @@ def lag_search(recording: Recording, events: Events, signal: DepthSignal) -> Lag
     )
 
 
-def _between(found: list[tuple[float, float]], search: LagSearch) -> Lag | None:
-    """The range of the lags and the larger error; None for a lag beyond those that are searched."""
-    low, high = sorted(lag for lag, _ in found)
-    if not -MAX_LAG_S < low <= high < MAX_LAG_S:
-        return None
-    return Lag(low, high, search.error(max(half for _, half in found)))
-
-
 def _window(recording: Recording, events: Events) -> np.ndarray | None:
     """Samples of the last part of the hold, and of the withdrawal until the force has followed by most of its change:
     then the needle slides, and the force follows the embedded length. None without enough of either."""
@@ -221,12 +232,101 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
     return length if straight and length >= 2 and abs(length - declared) > 0.25 * declared else 0
 
 
+def filter_of_the_fall(recording: Recording, events: Events) -> int:
+    """Length [samples] of an average filter that explains the fall at the first puncture: better, by very strong
+    evidence, than a sharp and than a gradual rupture, and no longer than the start of the withdrawal allows; 0 if none.
+
+    Before and after the fall the force is a parabola and a line. The filter averages a step between them; a gradual
+    rupture goes over by exp(-(s / l)^m), as does any law of this package.
+    """
+    if recording.card.filter_length > 1 or not events.punctures:
+        return 0
+    place, force, size = _fall(recording, events)
+    if len(place) < MIN_FALL_BLOCKS or not place[0] < -0.5 < 0.5 < place[-1]:
+        return 0
+    enough = math.exp(VERY_STRONG_BIC / len(place))
+    sharp = _unexplained(force, _broken(place, place[MIN_REST_SAMPLES:-MIN_REST_SAMPLES], 0.0, 1.0))[0]
+    lengths, starts = (each.ravel() for each in np.meshgrid(LENGTHS, STARTS))
+    best = _unexplained(force, _averaged(place, lengths, starts))[1]
+    near = np.linspace(-1.0, 1.0, 9)
+    lengths, starts = lengths[best] * (1.0 + 0.1 * near[:, None]), starts[best] + (STARTS[1] - STARTS[0]) * near
+    lengths, starts = (each.ravel() for each in np.broadcast_arrays(lengths, starts))
+    smeared, best = _unexplained(force, _averaged(place, lengths, starts))
+    if not smeared * enough < sharp:
+        return 0
+    ruptures = [_broken(place, STARTS, length, power) for length in RUPTURE_LENGTHS for power in RUPTURE_POWERS]
+    length = round(float(lengths[best]) * size)
+    explained = smeared * enough < _unexplained(force, np.concatenate(ruptures))[0]
+    return length if explained and length <= _longest_filter(recording, events, length) else 0
+
+
+def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray, float]:
+    """The fall at the first puncture with twice its length on both sides: place (n,) from the peak, over the length of
+    the fall, and force (n,) of blocks of samples; and that length [samples]."""
+    first = events.punctures[0]
+    peak = int(np.searchsorted(recording.time, first.time))
+    ends = [span.first for phase in (Phase.hold, Phase.extraction) for span in own_spans(events, phase)]
+    ends += [each.low for each in events.punctures[1:2]]
+    length = first.end - peak
+    size = max(length // FALL_BLOCKS, 1)
+    before, after = min(2 * length, peak) // size, (min([peak + 3 * length, *ends]) - peak) // size
+    if length < MIN_FALL or after < 1:
+        return np.empty(0), np.empty(0), 1.0
+    force = recording.force[peak - before * size : peak + after * size].reshape(-1, size).mean(axis=1)
+    return (np.arange(len(force)) - before) * (size / length), force, float(length)
+
+
+def _averaged(place: np.ndarray, lengths: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Columns (k, n, 5) of a parabola before and a line behind a step at each of ``starts`` (k,), averaged over the
+    ``lengths`` (k,) up to each place (n,)."""
+    end, length = place - starts[:, None], lengths[:, None]
+    first = end - length
+    before = [(np.minimum(end, 0.0) ** p - np.minimum(first, 0.0) ** p) / (p * length) for p in (1, 2, 3)]
+    after = [(np.maximum(end, 0.0) ** p - np.maximum(first, 0.0) ** p) / (p * length) for p in (1, 2)]
+    return np.stack([*before, *after], axis=2)
+
+
+def _broken(place: np.ndarray, starts: np.ndarray, length: float, power: float) -> np.ndarray:
+    """Columns (k, n, 5) of a parabola that goes over into a line by a rupture at each of ``starts`` (k,)."""
+    away = place - starts[:, None]
+    advance = np.maximum(away, 0.0)
+    share = np.exp(-((advance / length) ** power)) if length > 0.0 else (away <= 0.0).astype(float)
+    left = 1.0 - share
+    return np.stack([share, share * away, share * away**2, left, left * away], axis=2)
+
+
+def _unexplained(force: np.ndarray, design: np.ndarray) -> tuple[float, int]:
+    """The least sum of squares [N²] that a design of (k, n, 5) leaves of the force (n,), and which of them."""
+    across = np.swapaxes(design, 1, 2)
+    values = np.linalg.solve(across @ design + 1e-9 * np.eye(design.shape[2]), (across @ force)[..., None])
+    squares = np.sum((force - (design @ values)[..., 0]) ** 2, axis=1)
+    return float(squares.min()), int(squares.argmin())
+
+
+def _longest_filter(recording: Recording, events: Events, length: int) -> float:
+    """Length [samples] of the longest average filter that lets the force change as fast as it does at the start of the
+    withdrawal; no filter of this ``length`` changes it by more than a share k / n in k samples."""
+    outwards = own_spans(events, Phase.extraction)
+    if not outwards:
+        return math.inf
+    start, force = outwards[0].first, recording.force
+    before, after = force[max(start - length, 0) : start], force[start : outwards[0].last]
+    if len(before) < 2 or len(after) < 2 * length:
+        return math.inf
+    noise = SIGNIFICANT * white_noise(force) * math.sqrt(1.0 + 1.0 / len(before))
+    change = float(before.mean() - smoothed(after, MIN_REST_SAMPLES).min())
+    share = (before.mean() - after[: 2 * length] - noise) / max(change, noise)
+    shown = np.flatnonzero(share > MIN_SHARE)
+    return float(np.min((shown + 1) / share[shown], initial=math.inf))
+
+
 @dataclass(frozen=True)
 class Timing:
-    """The significant ``lag`` between force and depth or None, the ``filter_length`` [samples] of an average filter
-    that is not declared or 0, and a sentence for each."""
+    """The significant ``lag`` between force and depth or None, with its ``search`` where there is one, the
+    ``filter_length`` [samples] of an average filter that is not declared or 0, and a sentence for each."""
 
     lag: Lag | None = None
+    search: LagSearch | None = None
     filter_length: int = 0
     notes: tuple[str, ...] = ()
 
@@ -243,7 +343,8 @@ def _play(recording: Recording, events: Events, lag: Lag) -> str:
 def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timing:
     """The lag between force and depth and the undeclared filter of a recording, with their sentences; ``signal`` is
     that of the undelayed depth."""
-    found, lag = [], significant_lag(recording, events, signal)
+    found, search = [], lag_search(recording, events, signal)
+    lag = None if search is None else search.significant
     if lag is not None:
         side = "behind" if lag.time > 0.0 else "ahead of"
         span = sorted(1e3 * abs(end) for end in (lag.low, lag.high))
@@ -258,4 +359,10 @@ def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timi
             f"The noise of the free travel is that behind an average filter of about {length} samples, declared are "
             f"{recording.card.filter_length}: declare it, so that its delay and its smearing are counted."
         )
-    return Timing(lag, length, tuple(found))
+    elif length := filter_of_the_fall(recording, events):
+        found.append(
+            f"The force falls at the puncture as a sharp rupture does behind an average filter of about {length} "
+            "samples, and none is declared: declare it, so that its delay and its smearing are counted. The intervals "
+            "of a model of one layer hold the values with and without it."
+        )
+    return Timing(lag, search, length, tuple(found))

@@ -75,9 +75,19 @@ def si_values(section: Any, table: list[dict], place: str) -> dict[str, float]:
         }
         if len(found) > 1:
             raise InputError(row["name"], " and ".join(found), "given twice", place, "Keep one of the two.")
-        if found:
-            values[row["name"]] = next(iter(found.values()))
+        for key, value in found.items():
+            _check_range(key, getattr(section, key), value, row, place)
+            values[row["name"]] = value
     return values
+
+
+def _check_range(key: str, written: Any, value: Any, row: dict, place: str) -> None:
+    """InputError for a number outside its range, with both in the unit in which the file has it."""
+    if isinstance(value, tuple) or "low" not in row or row["low"] <= value <= row["high"]:
+        return
+    factor = to_si(1.0, keys(row["name"], row["unit"])[key])
+    limit = f"outside {row['low'] / factor:.4g} to {row['high'] / factor:.4g}"
+    raise InputError(key, f"{written:g}", limit, place, f"It is the {row['meaning']}.")
 
 
 def _make(kind: Callable, values: dict, place: str) -> Any:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from .. import core
-from ..errors import InputError
+from ..errors import InputError, did_you_mean
 from ..files import MAX_RESULT_BYTES, as_type, decode_toml, read_bytes, read_text
+from ..models.laws import FAMILIES
 from ..models.model import Model
 from ..models.named_models import NAMED_MODELS, names_of
 
@@ -75,7 +76,8 @@ def needle_of(source: core.Needle | Model | str | os.PathLike) -> core.Needle:
         from .build import read_needle
 
         if not os.path.lexists(source):
-            step = f"Give a file with a [needle] section, or one of {', '.join(presets())}."
+            near = did_you_mean(str(source), presets())
+            step = f"{near}Give a file with a [needle] section, or one of {', '.join(presets())}."
             raise InputError("needle", repr(str(source)), "neither a preset nor a file", next_step=step)
 
         return read_needle(source)
@@ -152,7 +154,8 @@ def _not_found(text: str, is_path: bool) -> InputError:
         shipped = ", ".join(name for name in presets() if text in names_of(_of_preset(name)))
         next_step = f"Give Model.named its values, or use one of its presets: {shipped}."
         return InputError("preset", repr(text), "a named model without values", next_step=next_step)
-    next_step = f"Give a path ending in .toml or .json, or one of {', '.join(presets())}."
+    names = presets()
+    next_step = f"{did_you_mean(text, names)}Give a path ending in .toml or .json, or one of {', '.join(names)}."
     return InputError("preset", repr(text), "not a file" if is_path else "unknown", next_step=next_step)
 
 
@@ -160,7 +163,11 @@ def _parse(text: bytes) -> Model:
     from .build import build
     from .schema import PresetFile
 
-    return build(decode_toml(text, "preset", PresetFile))
+    document = decode_toml(text, "preset")
+    if "needle" in document and document.keys().isdisjoint(FAMILIES):
+        step = 'Give it where a needle is asked for, as in nf.identify(recording, needle="needle.toml").'
+        raise InputError("preset", "a needle file", "it has no laws of a tissue", next_step=step)
+    return build(as_type(document, PresetFile, "preset", "Correct the file at this place."))
 
 
 @dataclass(frozen=True)

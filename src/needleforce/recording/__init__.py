@@ -2,7 +2,16 @@
 """Recordings: files read into SI arrays with their provenance, and written again."""
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .reader import read as read
+    from .reader import read_all as read_all
+    from .recording import Card as Card
+    from .recording import Note as Note
+    from .recording import Recording as Recording
+    from .writer import write as write
+    from .writer import write_columns as write_columns
 
 _HOME = {
     "Card": "recording",

@@ -119,7 +119,7 @@ class MotionLook:
         return [("motion", ("quantity", "value"), facts), _shown("columns of the motion", self.columns)]
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Look:
     """What a file is, and how it is read.
 
@@ -200,6 +200,8 @@ class Look:
             parts += [text_list("Assumed", card.assumptions), text_list("Notes", notes)]
         parts += [f"Not read: {self.problem}"] if self.problem else [f"Read by: {self.command}"]
         return blocks(*parts)
+
+    __repr__ = __str__
 
 
 def option_words(options: ReadOptions) -> list[str]:

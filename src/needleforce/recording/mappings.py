@@ -69,7 +69,7 @@ def load_mapping(name: str | os.PathLike) -> msgspec.Struct:
 
 def _path_of(name: str | os.PathLike) -> Path:
     text = os.fspath(name)
-    if text.endswith(".toml") or os.sep in text or isinstance(name, os.PathLike):
+    if text.endswith(".toml") or Path(text).name != text or isinstance(name, os.PathLike):
         return Path(text)
     known = [folder / f"{text.casefold()}.toml" for folder in (user_folder(), _SHIPPED)]
     found = next((path for path in known if path.is_file()), None)

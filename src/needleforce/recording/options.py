@@ -11,12 +11,23 @@ from dataclasses import Field, dataclass, fields
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, Concatenate, ParamSpec, TypeVar, get_origin
+from typing import Annotated, Any, Concatenate, Literal, ParamSpec, Protocol, TypeVar, get_origin, overload
 
-_Keywords = ParamSpec("_Keywords")
+Keywords = ParamSpec("Keywords")
 _Options = TypeVar("_Options")
 _Source = TypeVar("_Source")
 _Result = TypeVar("_Result")
+_Read = TypeVar("_Read", covariant=True)
+_Seen = TypeVar("_Seen", covariant=True)
+
+
+class Reading(Protocol[Keywords, _Read, _Seen]):
+    """What reads a file: the type of its result is another one with ``dry_run=True``."""
+
+    @overload
+    def __call__(self, path: str | os.PathLike, *, dry_run: Literal[True], **keywords: Any) -> _Seen: ...
+    @overload
+    def __call__(self, path: str | os.PathLike, *given: Keywords.args, **named: Keywords.kwargs) -> _Read: ...
 
 
 @dataclass(frozen=True)
@@ -197,8 +208,8 @@ def plain_type(row: Field) -> Any:
 
 
 def keywords_of(
-    options: Callable[_Keywords, _Options],
-) -> Callable[[Callable[[_Source, _Options], _Result]], Callable[Concatenate[_Source, _Keywords], _Result]]:
+    options: Callable[Keywords, _Options],
+) -> Callable[[Callable[[_Source, _Options], _Result]], Callable[Concatenate[_Source, Keywords], _Result]]:
     """A function of a source and a value of ``options`` as one of the source and keywords, the fields of ``options``.
 
     Their documentation takes the place of that of the parameter ``options``.
@@ -206,7 +217,7 @@ def keywords_of(
 
     def decorated(
         function: Callable[[_Source, _Options], _Result],
-    ) -> Callable[Concatenate[_Source, _Keywords], _Result]:
+    ) -> Callable[Concatenate[_Source, Keywords], _Result]:
         own = signature(function)
         source = next(iter(own.parameters.values()))
         keywords = [

@@ -3,10 +3,10 @@
 table."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Concatenate
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from .force_signal import glitch_notes, remove_bias
 from .formats.detect import ROS2_BAG, format_of, tables_of
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
 from .mappings import completed
-from .options import ReadOptions, keywords_of
+from .options import Keywords, Reading, ReadOptions, keywords_of
 from .parts import Part, asked, chosen_part, fitting_parts, parts_of
 from .quantities import AXES
 from .recording import Note, Recording
@@ -36,6 +36,15 @@ WithCycles = tuple[Recording, tuple[CycleSpan, ...]]
 """A recording with its cycles, or those of the one that a cycle was taken from."""
 
 
+def _one(read: Callable[Concatenate[Any, Keywords], Any]) -> "Reading[Keywords, Recording, Look]":
+    return read
+
+
+def _several(read: Callable[Concatenate[Any, Keywords], Any]) -> "Reading[Keywords, list[Recording], list[Look]]":
+    return read
+
+
+@_one
 @keywords_of(ReadOptions)
 def read(path: str | os.PathLike, options: ReadOptions) -> "Recording | Look":
     """Read a recording from a file of any format: text, Excel, Parquet, MATLAB, HDF5, TDMS, NumPy, JSON, MCAP, bags.
@@ -72,6 +81,7 @@ def read_file(path: str | os.PathLike, options: ReadOptions) -> "Recording | Loo
         return _look(Path(path), options)
 
 
+@_several
 @keywords_of(ReadOptions)
 def read_all(path: str | os.PathLike, options: ReadOptions) -> "list[Recording | Look]":
     """Every recording of a file, in its order, or those that ``part`` stands for, with ``*`` for any text: ``"B*"``;

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .. import core
+from ..display.markup import Markup, element
 from ..display.quantities import spanned
 from ..display.result import Printed
 from ..errors import InputError
@@ -125,8 +126,8 @@ class Recording(Printed):
 
     time: np.ndarray
     depth: np.ndarray
-    velocity: np.ndarray | None = None
-    force: np.ndarray | None = None
+    velocity: np.ndarray = None  # type: ignore[assignment]  # then derived from the depth
+    force: np.ndarray = None  # type: ignore[assignment]  # then refused
     axes: dict[str, np.ndarray] = field(default_factory=dict)
     card: Card = Card()
     notes: tuple[Note, ...] = ()
@@ -251,6 +252,22 @@ class Recording(Printed):
 
     def __repr__(self) -> str:
         return f"<Recording {self.name}: {'; '.join(f'{name} {text}' for name, text in self._summary())}>"
+
+    def _repr_html_(self) -> Markup:
+        return super()._repr_html_() + (self._curve() if len(self) > 1 else "")
+
+    def _curve(self) -> Markup:
+        """Force over depth, for a notebook."""
+        from ..display.axes import DEPTH, FORCE
+        from ..display.canvas import MEASURED, THIN, WITH_SIDE_CAPTION, axis_names, line, panels, svg
+
+        def draw(figure: Any, sheet: Any) -> None:
+            axes = panels(figure, sheet)[0, 0]
+            line(axes, 1e3 * self.depth, self.force, sheet.columns, color=MEASURED, lw=THIN)
+            axis_names(axes, DEPTH, FORCE)
+
+        drawn = svg("recording", draw, WITH_SIDE_CAPTION, 190.0, "force over depth")
+        return element("div", drawn, style="max-width: 34em; background: white")
 
     def _heading(self) -> str:
         return f"Recording {self.name}"

@@ -24,6 +24,7 @@ CONNECT_S = 10  # [s] within which a scheduler answers
 COUNT_S = 5.0  # [s] between two counts of a cluster's workers
 ABANDONED_S = 60.0  # [s] in which a cluster of this computer replaces workers that ended, if it does
 IN_FLIGHT = 2  # blocks for each worker: one is done, one waits
+MAX_PROCESSES = 61 if sys.platform == "win32" else 1024  # Windows waits for no more
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")  # of linear algebra
 _log = logging.getLogger(__name__)
 
@@ -93,7 +94,7 @@ class Processes(Workers):
     """Processes of this computer. They end when this one does, however it ends: each waits for the end of a pipe."""
 
     def __init__(self, count: int):
-        self._count = count
+        self._count = min(count, MAX_PROCESSES)
         self._context = multiprocessing.get_context("spawn")
         self.restart()
 

@@ -2,11 +2,16 @@
 """The result of segmentation: events with the samples that bound them, and phases as spans."""
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from ..display.quantities import counted, fixed, with_unit
+from ..display.result import Printed
 from ..vocabulary import Phase, Status
+
+EVENT_HEAD = ("event", "time", "depth", "indentation", "force", "drop", "between samples")
 
 
 @dataclass(frozen=True)
@@ -87,9 +92,9 @@ class Span:
     last: int
 
 
-@dataclass(frozen=True)
-class Events:
-    """The events and phases of one recording.
+@dataclass(frozen=True, repr=False)
+class Events(Printed):
+    """The events and phases of one recording. It prints as a table of events and the times of the phases.
 
     Parameters
     ----------
@@ -141,3 +146,32 @@ class Events:
             In order of time.
         """
         return tuple(span for span in self.phases if span.phase == phase)
+
+    @property
+    def named(self) -> list[tuple[str, Event]]:
+        """The events that were found, with their names: contact, punctures, exit."""
+        every = (("contact", self.contact), *(("puncture", each) for each in self.punctures), ("exit", self.exit))
+        return [(name, event) for name, event in every if event is not None]
+
+    __repr__ = Printed.__str__
+
+    def _heading(self) -> str:
+        return f"Events: {self.status}, {counted(len(self.punctures), 'puncture')}"
+
+    def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
+        rows = []
+        for name, event in self.named:
+            indentation = "" if self.contact is None else _milli(1e3 * (event.depth - self.contact.depth), "mm")
+            place = _milli(event.time, "s"), _milli(1e3 * event.depth, "mm"), indentation, _milli(event.force, "N")
+            drop = _milli(event.drop, "N") if isinstance(event, Puncture) else ""
+            rows.append((name, *place, drop, f"{event.low}–{event.high}"))
+        return EVENT_HEAD, rows
+
+    def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Phases", [f"{span.phase}: {span.start:.2f} to {span.end:.2f} s" for span in self.phases]
+        yield "Notes", self.notes
+
+
+def _milli(value: float, unit: str) -> str:
+    """A value with three decimals: milliseconds, micrometres and millinewtons, finer than the sensors resolve."""
+    return with_unit(fixed(value, 3), unit)

@@ -84,7 +84,7 @@ def segment(
 
     Exit: during withdrawal the force returns to its baseline and remains there. ``low`` and ``high`` of an event are
     samples that bound it. Pull-backs and pauses are part of one insertion as long as the needle stays in the tissue.
-    Outliers, one in 1000 recordings by chance, are replaced by their neighbours. docs/events.md has the figures.
+    Outliers, one in 1000 recordings by chance, are replaced by their neighbours. The page on events has figures.
     """
     check(crossing, drop, within, cycle)
     recording = recording_of(recording)

@@ -59,7 +59,7 @@ def study(
     Parameters
     ----------
     source : str, os.PathLike or mapping
-        A study file (TOML), or a mapping with the same keys; the tables are described in docs/studies.md.
+        A study file (TOML), or a mapping with the same keys; the tables are described in docs/howto/studies.md.
     jobs : int, optional
         Processes; the default is one for each core.
     scheduler : str, optional

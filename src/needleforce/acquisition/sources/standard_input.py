@@ -3,8 +3,10 @@
 
 import math
 import os
+import queue
 import re
 import select
+import threading
 import time
 from collections import deque
 from dataclasses import dataclass
@@ -29,6 +31,7 @@ HEADER_TIMEOUT_S = 10.0
 MAX_INVALID_SHARE = 0.1  # of the lines, above which the input is refused
 _MIN_LINES = 100  # before the share of invalid lines is checked
 _READ_BYTES = 1 << 16
+_SELECTS = os.name == "posix"  # elsewhere a thread waits for a pipe, as select takes sockets only
 _MAX_LINE_BYTES = 1 << 16
 _MAX_DISCARDING_READS = 64  # to empty a pipe
 _SECOND = 1e9  # [ns]
@@ -63,6 +66,7 @@ class StandardInput:
         self._incomplete, self._ended = b"", False
         self._columns: LineColumns | None = None
         self._waiting: list[bytes] = []
+        self._arrived: queue.SimpleQueue[bytes] | None = None
         self._next, self._last_invalid = 0, b""
         self._counter = Unwrapped(rate)
         self._newest = -1, -1  # number and time [ns]
@@ -116,9 +120,9 @@ class StandardInput:
 
     def _read(self, timeout: float) -> list[bytes]:
         """The new complete lines without their ends; an incomplete last line is kept until it is complete."""
-        if not select.select([self._stream], [], [], timeout)[0]:
+        data = self._within(timeout)
+        if data is None:
             return []
-        data = os.read(self._stream.fileno(), _READ_BYTES)
         *lines, self._incomplete = (self._incomplete + data).split(b"\n")
         if not data:
             self._ended = True
@@ -129,6 +133,24 @@ class StandardInput:
             value, limit = f"over {_MAX_LINE_BYTES} bytes", "it has no end"
             raise InputError("line", value, limit, self._place, "Write text, line by line.")
         return lines
+
+    def _within(self, timeout: float) -> bytes | None:
+        """What arrives within ``timeout`` [s], nothing at the end of the input; None if nothing arrives."""
+        if _SELECTS:
+            ready = select.select([self._stream], [], [], timeout)[0]
+            return os.read(self._stream.fileno(), _READ_BYTES) if ready else None
+        if self._arrived is None:
+            self._arrived = queue.SimpleQueue()
+            threading.Thread(target=self._pass_on, daemon=True).start()
+        try:
+            return self._arrived.get(timeout=timeout)
+        except queue.Empty:
+            return None
+
+    def _pass_on(self) -> None:
+        while data := os.read(self._stream.fileno(), _READ_BYTES):
+            self._arrived.put(data)
+        self._arrived.put(b"")
 
     def _numbers(self, line: bytes) -> list[float] | None:
         """The numbers of a line; None for an invalid line, a blank one or a comment, of which only the first counts."""

@@ -97,7 +97,6 @@ class LayeredFit(Fit):
         as stiff as the force there states; a layer without one keeps its scatter. Forces change with the power
         ``speed_exponent`` of the insertion's speed if it was identified.
         """
-        self.identified_model()
         if self.expectation is None:
             return self._speed_factor(recording) * super()._predicted(recording, events)
         shift = self.ruptures.shift(events)
@@ -110,7 +109,7 @@ class LayeredFit(Fit):
 
     def placed(self, recording: Recording, events: Events | None = None) -> tuple[Model, float]:
         """As ``Fit.placed``; without ``events`` the population model. Forces at another speed are not scaled."""
-        model, surface = self.identified_model(), self.surface
+        model, surface = self.model, self.surface
         if self.population is not None and (events is None or not events.punctures):
             return self.population, self.population_contact + self.ruptures.shift(events)
         if events is None:
@@ -193,7 +192,7 @@ def identify_layered(
     return LayeredFit(
         recordings=recordings,
         parameters=parameters,
-        model=model,
+        identified_model=model,
         quality=pooled_quality(recordings),
         warnings=(*warnings_of(singles, model), *trouble, *warnings_on(ended, recordings, misfit)),
         held_fixed=held_fixed(ended),

@@ -65,7 +65,7 @@ def identify_insertion_layers(singles: list[SegmentedRecording], given: FitInput
     return Fit(
         recordings=recordings,
         parameters=parameters,
-        model=model,
+        identified_model=model,
         quality=residual,
         warnings=(*misfit_warning(residual), *warnings_of(singles, model), *trouble),
         held_fixed=HELD,

@@ -192,6 +192,8 @@ def over_laws(single: SegmentedRecording, law: str) -> SegmentedRecording:
     found = None if loading is None else contact_interval(loading)
     if found is None:
         return single
+    moved = [each.get("contact_depth", 0.0) for each in fit.causes.values()]  # by readings of unknown law
+    found = found[0] + min([0.0, *moved]), found[1] + max([0.0, *moved])
     return replace(single, fits=single.fits | {law: with_contact(fit, found, _slopes(single, fit))})
 
 

@@ -70,27 +70,30 @@ def _fits(single: SegmentedRecording, saturation: float | None) -> Callable:
 
 
 def _answers(others: dict[str, Callable], law: str) -> dict[str, CycleFit]:
-    """The fits of one law to other readings of a recording, where they have one."""
+    """The fits of one law to other readings of a recording, where they have one; a rupture that is gradual may be a
+    sharp one behind a filter."""
     found = {}
     for cause, fit in others.items():
-        with contextlib.suppress(*FAILURES):
-            found[cause] = fit(law)[0]
+        for name in (law, FITS[law].law.name) if FITS[law].gradual else (law,):
+            with contextlib.suppress(*FAILURES):
+                found[cause] = fit(name)[0]
+                break
     return found
 
 
 def _retimed(single: SegmentedRecording) -> dict[str, SegmentedRecording]:
     """The recording as it is if the lag that it shows is one of the record, and if it is behind the filter that it
-    shows: the depth belongs to the force at another time; and other readings of it. By these causes."""
+    shows; and other readings of it, in which the depth belongs to the force at another time. By these causes."""
     recording, timing = single.recording, single.timing
     declared = recording.card.filter_length
     found = {cause: (each, filter_delay(each, declared)) for cause, each in single.readings.items()}
     if timing.lag is not None:
         found["lag"] = recording, filter_delay(recording, declared) + timing.lag.largest
+    others = {cause: _at_depth(single, each, depth_before(each, delay)) for cause, (each, delay) in found.items()}
     if timing.filter_length > 1:
         card = dataclasses.replace(recording.card, filter_length=timing.filter_length)
-        delay = filter_delay(recording, timing.filter_length)
-        found["filter"] = dataclasses.replace(recording, card=card), delay
-    return {cause: _at_depth(single, each, depth_before(each, delay)) for cause, (each, delay) in found.items()}
+        others["filter"] = segmented(dataclasses.replace(recording, card=card))
+    return {cause: each for cause, each in others.items() if each.events.punctures}
 
 
 def _at_depth(single: SegmentedRecording, recording: Recording, depth: np.ndarray) -> SegmentedRecording:

@@ -221,7 +221,8 @@ def _explained(noise: Noise) -> float:
 
 
 def _best(profile: Profile, largest: float) -> tuple[float, float]:
-    """The compliance [m/N] up to the ``largest`` with the least sum of squares, and its standard error."""
+    """The compliance [m/N] with the least sum of squares, and its standard error; none where it is above the
+    ``largest``: what a machine cannot explain by the fall of the force is no machine."""
     from scipy.optimize import minimize_scalar
 
     found = minimize_scalar(profile.squares, bounds=(0.0, largest), method="bounded", options={"xatol": STEP * largest})
@@ -230,8 +231,7 @@ def _best(profile: Profile, largest: float) -> tuple[float, float]:
     if low is None or middle is None or high is None:
         return 0.0, math.inf
     bend = (low.sse - 2.0 * middle.sse + high.sse) / step**2
-    if not bend > 0.0:
+    if not bend > 0.0 or (best := best - 0.5 * (high.sse - low.sse) / step / bend) > largest:
         return 0.0, math.inf
-    best -= 0.5 * (high.sse - low.sse) / step / bend
     long_run = max(noise.long_run for noise in middle.noises)
     return best, math.sqrt(2.0 * long_run / bend)

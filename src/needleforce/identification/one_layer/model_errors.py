@@ -22,6 +22,7 @@ from ...vocabulary import SMALLEST
 from ..estimates import Estimate
 from ..statistics.noise import ONE_IN_40, SIGNIFICANT, TWO_SIDED, noise_of, slow_noise, student_quantile
 from ..statistics.regression import inverse
+from ..timing import MAX_LAG_S
 from .cycle_values import CycleFit
 from .loading_curves import CURVES, FITS
 from .segmented_recording import SegmentedRecording
@@ -30,7 +31,7 @@ AFTER = ("friction_per_length", "cutting_force")
 BENDS = {"time": ONE_IN_40, "bend": SIGNIFICANT}
 """[standard errors] of the growth of friction that noise does not explain, by the bend that shows it. The friction at
 the contact by the insertion alone is an extrapolation: its interval would be wide for nothing more often."""
-INTACT = 1e-3  # of the contact that a gradual rupture leaves, so that none of it is in the friction behind
+INTACT = 1e-4  # of the contact that a gradual rupture leaves, so that none of it is in the friction behind
 SURE = SIGNIFICANT / TWO_SIDED  # [half widths] from which on a difference between strokes is named
 MIN_SAMPLES = 20  # of a stroke in the tissue, for a line of its own
 DISAGREE = (
@@ -56,6 +57,11 @@ CHANGES = (
 BENT = (
     "The insertion below the puncture is bent, as by friction per length that begins with {:.3g} N/m and changes with "
     "time or depth: the intervals of friction and cutting force hold that too."
+)
+
+LATE = (
+    "The withdrawal by itself does not end at the contact, as behind a lag between force and depth, which the start of "
+    "the withdrawal allows: the intervals of the depths hold that too."
 )
 
 
@@ -104,8 +110,11 @@ class Stroke:
 
     @cached_property
     def noise(self) -> float:
-        """Long-run variance [N²] of that."""
-        return noise_of(self.bent, len(self.bent), self.filter_length, 2.0).long_run
+        """Long-run variance [N²] of what its own parabola leaves: a bend is no noise, which would hide it."""
+        curve = self.length**2
+        curve = curve - self.bread @ (self.line @ curve) @ self.line
+        left = self.bent - curve * float(curve @ self.bent) / max(float(curve @ curve), SMALLEST)
+        return noise_of(left, len(left), self.filter_length, 3.0).long_run
 
     @cached_property
     def slow(self) -> float:
@@ -178,9 +187,10 @@ def with_misfit_below(single: SegmentedRecording, law: str) -> SegmentedRecordin
     sizes = {cause: bend.significance for cause, bend in bends.items()}
     fit = replace(fit, strokes_alone=_strokes_alone(fit, parts) | moved, bends=sizes)
     shown = {cause: bend for cause, bend in bends.items() if abs(sizes[cause]) > BENDS[cause]}
-    changed = {cause: bend.applied(fit) for cause, bend in shown.items()}
+    late = _other_instants(fit, parts, single)
+    changed = {cause: bend.applied(fit) for cause, bend in shown.items()} | late
+    sentences = [bend.sentence for bend in shown.values() if abs(bend.significance) > SIGNIFICANT] + [LATE] * len(late)
     fit = _with_rounded_zero(_with_slow_noise(fit, parts), parts, single.force_step)
-    sentences = [bend.sentence for bend in shown.values()]
     if others:
         sentences = [each for each in (_sentence(fit, parts), *sentences) if each]
         fit = _with_random(fit, random)
@@ -352,6 +362,31 @@ def _level(fit: CycleFit, parts: list[Stroke], sure: float = 1.0) -> float:
     zero = 0.5 * (fit.high["force_offset"] - fit.low["force_offset"])
     explained = math.hypot(sure * half, *np.nan_to_num([friction * away, sure * zero]))
     return float(level) if abs(level) > explained else 0.0
+
+
+def _other_instants(fit: CycleFit, parts: list[Stroke], single: SegmentedRecording) -> dict[str, CycleFit]:
+    """The fit with the depths at the instants of the force, if a lag parts the contact from where the withdrawal by
+    itself ends: by twice what it shifts the depths. None where the reversal excludes such a lag, and where what the
+    contact depth may be explains the travel too, unless the reversal shows a lag, or a tip that unloads at once."""
+    if single.timing.lag is not None or len(parts) < 2:
+        return {}
+    part, strokes, inside = parts[1], single.strokes, slice(fit.puncture.before, None)
+    friction, level = part.own.tolist()
+    if not np.all(np.abs(part.own) > SURE * part.halves) or friction < 0.0:
+        return {}
+    travel, slopes = 0.5 * level / friction, 0.5 * np.array([-level / friction, 1.0]) / friction
+    speed = float(np.ptp(strokes.depth_in[inside]) / np.ptp(single.recording.time[strokes.index_in[inside]]))
+    reversal = None if single.timing.search is None else single.timing.search.possible
+    shown = _level(fit, parts, SURE) or (reversal is not None and reversal.significant)
+    allowed = abs(travel) <= MAX_LAG_S * speed and (reversal is None or reversal.allows(-travel / speed))
+    if not (shown and allowed):
+        return {}
+    error = TWO_SIDED * math.sqrt(part.slow * float(slopes @ part.bread @ slopes))
+    names, ends = ("contact_depth", "puncture_depth"), (travel, travel - error, travel + error)
+    moved = [
+        each | {name: each[name] + end for name in names} for each, end in zip((fit.values, fit.low, fit.high), ends)
+    ]
+    return {"lag": replace(fit, **dict(zip(("values", "low", "high"), moved)))}
 
 
 def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, float]]:

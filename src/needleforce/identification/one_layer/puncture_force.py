@@ -2,7 +2,6 @@
 """The force at the puncture: measured, modelled, and whether the law meets the measured one."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +20,7 @@ MIN_SAMPLES = 10  # in the window
 MAX_MISMATCH = 0.05  # [of the measured force] more than the noise allows, and more than this, is not met
 PEAK_DROP_SIGMA = 5.0  # [standard deviations of the noise] more than the largest of the samples near a peak
 SOURCE = "measured: curve through the last 0.1 mm before the puncture"
-OF_THE_SENSOR = ("time", "filter")  # errors of the model that change the measured peak
+OF_THE_SENSOR = {"time", "filter"}  # errors of the model that change the measured peak
 MAX_STRAIGHT_WINDOW = 0.03  # [of the indentation] over a longer window the curvature of the loading curve matters
 
 
@@ -40,20 +39,21 @@ class MeasuredPeak:
         """The peak of a force that is given in steps [N]: it may be anywhere within one, and so may the zero."""
         return replace(self, rounding=math.sqrt(0.5) * step)
 
-    def estimate(self, causes: Mapping[str, Mapping[str, float]]) -> Estimate:
-        """``puncture_force`` with its interval, with those ``causes`` of the fit that change what the sensor shows.
-        Repeats at one speed have their samples at the same places."""
-        half = math.hypot(self.noise, self.place, self.zero, self.rounding)
-        moved = [causes.get(cause, {}).get("puncture_force", 0.0) for cause in OF_THE_SENSOR]
-        less, more = max(-min(moved), 0.0), max(*moved, 0.0)
-        limits = self.force - half - less, self.force + half + more
+    def estimate(self, fit: CycleFit) -> Estimate:
+        """``puncture_force`` with its interval, which reaches as far as that of the ``fit`` where an error of the model
+        changes what the sensor shows: behind a filter the measured peak is lower than that of the law, however little
+        the law's own moves. Repeats at one speed have their samples at the same places."""
+        half, name = math.hypot(self.noise, self.place, self.zero, self.rounding), "puncture_force"
+        limits = near = self.force - half, self.force + half
+        if fit.causes.keys() & OF_THE_SENSOR:
+            limits = min(near[0], fit.low[name]), max(near[1], fit.high[name])
         shared = math.hypot(self.place, self.rounding)
         return Estimate(
-            "puncture_force",
+            name,
             self.force,
-            UNITS["puncture_force"],
+            UNITS[name],
             *limits,
-            systematic=(shared + less, shared + more),
+            systematic=(shared + near[0] - limits[0], shared + limits[1] - near[1]),
             source=SOURCE,
         )
 

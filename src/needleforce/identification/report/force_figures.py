@@ -168,13 +168,11 @@ def _phases(axes: "Axes", one: DrawnRepeat) -> None:
 def _events(axes: "Axes", one: DrawnRepeat, labels: Labels) -> None:
     """Contact, punctures and exit as labelled points on the measured curve."""
     events, start = one.fit.events, one.fit.recording.time[0]
-    punctures = ((f"puncture {p.force:.3g} N", p) for p in events.punctures)
-    named = [("contact", events.contact), *punctures, ("exit", events.exit)]
-    named = [(name, event) for name, event in named if event is not None]
-    for _, event in named:
+    for _, event in events.named:
         axes.plot([event.time - start], [event.force], "o", mfc="white", mec=INK, ms=4.5, mew=1.0, zorder=5)
-    for name, event in named:
-        labels.at(name, event.time - start, event.force, INK)
+    for name, event in events.named:
+        label = f"puncture {event.force:.3g} N" if name == "puncture" else name
+        labels.at(label, event.time - start, event.force, INK)
 
 
 def before_puncture(shown: Sequence[DrawnRepeat], model: Model | None, shared: bool, title: str) -> Figure:
@@ -283,10 +281,11 @@ def draw_layers(figure: "Drawing", sheet: Sheet, one: DrawnRepeat, forces: Seque
 
 def repeat_style(one: DrawnRepeat, among: int) -> dict[str, Any]:
     """The line of one repeat: fainter the more there are; an anomalous one is dashed in another colour."""
-    shift = 0.618 * one.number  # the golden ratio: no two repeats have the same columns
+    own = {"shift": 0.618 * one.number}  # the golden ratio: no two repeats have the same columns
+    own["label"] = f"no. {one.number}" if among > 1 else "measured"
     if one.anomalous:
-        return {"color": SECOND, "lw": MEDIUM, "ls": (0, (4, 1.5)), "zorder": 3, "shift": shift}
-    return {"color": MEASURED, "lw": THIN, "alpha": 1.0 if among == 1 else 0.85 if among <= 6 else 0.6, "shift": shift}
+        return {"color": SECOND, "lw": MEDIUM, "ls": (0, (4, 1.5)), "zorder": 3, **own}
+    return {"color": MEASURED, "lw": THIN, "alpha": 1.0 if among == 1 else 0.85 if among <= 6 else 0.6, **own}
 
 
 def _name_repeats(labels: Labels, drawn: Sequence[DrawnRepeat], curves: Sequence[tuple]) -> None:

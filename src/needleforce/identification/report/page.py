@@ -42,11 +42,11 @@ def _layered(fit: Fit) -> bool:
 def _sections(fit: Fit, known: Sequence[dict]) -> list[Section | None]:
     """The sections in their order; None for those without contents."""
     main, further = _figures(fit)
-    measured = "Measured force and model" if fit.model is not None else "Measured force"
+    measured = "Measured force and model" if fit.identified_model is not None else "Measured force"
     depths = [name for name in fit.parameters if name.endswith("puncture_depth")]
     own = depths if _layered(fit) else tables.MAIN_PARAMETERS
     recordings = tables.recording_table(fit.recordings, own, anomalous_recordings(fit.recordings))
-    events = tables.event_table(fit.recordings), note(EVENT_NOTE if fit.model is not None else "")
+    events = tables.event_table(fit.recordings), note(EVENT_NOTE if fit.identified_model is not None else "")
     return [
         section(measured, *main, name="measured"),
         section("Paper, true and identified values", *(comparison(known) if known else ()), name="comparison"),
@@ -54,7 +54,7 @@ def _sections(fit: Fit, known: Sequence[dict]) -> list[Section | None]:
         section("Warnings and notes", warnings(fit), notes(fit.recordings), name="warnings"),
         section("More figures", *further, name="figures"),
         section("Recordings and events", recordings, *events, name="recordings"),
-        section("Laws of the model", tables.law_list(fit.model) if fit.model is not None else "", name="model"),
+        section("Laws of the model", tables.law_list(fit.model) if fit.identified_model else "", name="model"),
         section("Values held fixed", listing(fit.held_fixed), name="fixed"),
         section("Not identifiable from these recordings", listing(fit.unknown), name="unknown"),
         _choice(fit),
@@ -71,9 +71,10 @@ def _figures(fit: Fit) -> tuple[list[Figure], list[Figure]]:
     further = [force_figures.over_time(one, len(drawn))]
     if shown := force_figures.touching(drawn):
         title = "Force before the first puncture" if _layered(fit) else "Stiffness force before the puncture"
-        further.append(force_figures.before_puncture(shown, fit.model, fit.shared_contact is not None, title))
+        shared = fit.shared_contact is not None
+        further.append(force_figures.before_puncture(shown, fit.identified_model, shared, title))
     further += repeat_figures.two_pass_figures(fit.two_pass)
-    if _layered(fit) and fit.model and fit.model.deeper and one.has_model:
+    if _layered(fit) and fit.identified_model and fit.model.deeper and one.has_model:
         further.append(force_figures.layers(fit.model, fit.parameters["contact_depth"].value, one))
     further += [*repeat_figures.residuals(drawn, fit.quality), *repeat_figures.multiples(drawn, anomalous)]
     expected = fit.new_insertion(one.fit.recording)
@@ -95,7 +96,8 @@ def _title(fit: Fit) -> str:
 
 def _kind(fit: Fit) -> str:
     """The line above the title: number of recordings, and model."""
-    model = "no model" if fit.model is None else f"stiffness law {fit.model.stiffness.name.replace('_', ' ')}"
+    law = "" if fit.identified_model is None else fit.model.stiffness.name.replace("_", " ")
+    model = f"stiffness law {law}" if law else "no model"
     model = f"layered, {counted(len(fit.model.layers), 'layer')}" if _layered(fit) else model
     return f"{counted(len(fit.recordings), 'recording')} · {model}"
 
@@ -103,7 +105,7 @@ def _kind(fit: Fit) -> str:
 def outcome(fit: Fit) -> Markup:
     """The result in a sentence or two, with the main values."""
     answered = sum(1 for one in fit.recordings if len(one.predicted))
-    if fit.model is None:
+    if fit.identified_model is None:
         reasons = ", ".join(sorted({status_name(one.status).split(":")[0] for one in fit.recordings}))
         read = counted(len(fit.recordings), "recording")
         return join([f"No model could be identified from {read}", f" ({reasons})." if reasons else "."])
@@ -115,7 +117,7 @@ def outcome(fit: Fit) -> Markup:
 
 def which_values(fit: Fit) -> str:
     """Why values of the headline differ from those in tables and figures; empty without a model."""
-    if fit.model is None:
+    if fit.identified_model is None:
         return ""
     if _layered(fit):
         contact = fit.parameters["contact_depth"]
@@ -191,7 +193,7 @@ def _strong(fit: Fit, name: str) -> Markup | None:
 
 def warnings(fit: Fit) -> Markup:
     """Recordings without a model, with the reason; limits that the fit and its model exceed."""
-    general = dict.fromkeys([*fit.warnings, *(fit.model.warnings if fit.model is not None else ())])
+    general = dict.fromkeys([*fit.warnings, *(fit.model.warnings if fit.identified_model is not None else ())])
     found = [*_unanswered(fit), *map(sentence, general)]
     return listing(found, class_="warnings")
 

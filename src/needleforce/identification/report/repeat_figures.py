@@ -128,6 +128,7 @@ def draw_multiples(figure: "Drawing", sheet: Sheet, drawn: Sequence[DrawnRepeat]
             line(axes, one.time, one.model, budget, color=MODEL, lw=MEDIUM, alpha=0.9)
         _heading(axes, one, 16 if sheet.narrow else 24)
         axes.tick_params(labelbottom=k + row >= len(drawn))
+        axes.set_label(FORCE)
     grid[0].set_xlim(0.0, max(one.time[-1] for one in drawn))
     for axes in grid[len(drawn) :]:
         axes.set_visible(False)

@@ -2,12 +2,13 @@
 """The tables of a fit: parameters, laws, choices, recordings, events, and where they are from."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 from ...display.markup import Markup, element, join, listing, table
 from ...display.page import definitions, note
 from ...display.quantities import DASH, Quantity, percent, plain, quantity, with_unit
 from ...models.model import Model
+from ...segmentation.events import EVENT_HEAD
 from ...vocabulary import __version__
 from ..estimates import Estimate
 from ..recording_fit import RecordingFit
@@ -19,7 +20,6 @@ PARAMETERS = (
     *("quantity", f"value and {INTERVAL}", "sd between repeats", "error within a run (sd)", "identifiable"),
     "how obtained",
 )
-EVENTS = ("no.", "event", "time", "depth", "indentation", "force", "drop", "between samples")
 OMITTED_LAWS = ("no_relaxation",)
 MAX_NORMAL_SIZE_ROWS = 6  # tables with more recordings have smaller text
 MAIN_PARAMETERS = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
@@ -144,27 +144,12 @@ def _value(estimate: Estimate | None) -> str:
 
 def event_table(recordings: Sequence[RecordingFit]) -> Markup:
     """Contact, punctures and exit of every recording."""
-    rows = (row for k, one in enumerate(recordings, 1) for row in _events(k, one))
-    return table(EVENTS, rows, class_="cards numbers dense")
-
-
-def _events(number: int, one: RecordingFit) -> Iterator[tuple]:
-    """The rows of the events of one recording."""
-    events = one.events
-    surface = events.contact.depth if events.contact is not None else None
-    named = (("contact", events.contact), *(("puncture", p) for p in events.punctures), ("exit", events.exit))
-    for k, (name, event) in enumerate(pair for pair in named if pair[1] is not None):
-        indentation = None if surface is None else event.depth - surface
-        yield (
-            "" if k else number, name, _milli(event.time, "s"), _milli(1e3 * event.depth, "mm"),
-            "" if indentation is None else _milli(1e3 * indentation, "mm"), _milli(event.force, "N"),
-            _milli(event.drop, "N") if hasattr(event, "drop") else "", f"{event.low}–{event.high}",
-        )  # fmt: skip
-
-
-def _milli(value: float, unit: str) -> str:
-    """A value with three decimals: milliseconds, micrometres and millinewtons, finer than the sensors resolve."""
-    return f"{value:.3f}\N{NO-BREAK SPACE}{unit}".replace("-", "−")
+    rows = (
+        ("" if k else number, *row)
+        for number, one in enumerate(recordings, 1)
+        for k, row in enumerate(one.events.cells()[1])
+    )
+    return table(("no.", *EVENT_HEAD), rows, class_="cards numbers dense")
 
 
 def evidence_rows(evidence: Sequence[Evidence]) -> list[tuple[str, ...]]:

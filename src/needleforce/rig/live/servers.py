@@ -3,6 +3,7 @@
 configuration page over HTTP; no server waits."""
 
 import errno
+import os
 import select
 import socket
 import struct
@@ -20,7 +21,7 @@ from ..sensor import Sensor
 from .simulated import LiveTruth, SimulatedRig
 
 _MAX_UNREAD_BYTES = 1 << 16  # that a client may leave before it is disconnected
-_ABORT = struct.pack("ii", 1, 0)
+_ABORT = struct.pack("ii" if os.name == "posix" else "hh", 1, 0)
 _MAX_REQUESTS = 64  # read in one call
 _MAX_REQUEST_BYTES = 8192
 _MAX_CLIENTS = 8  # with one more, the first is disconnected
@@ -233,8 +234,8 @@ def bound(kind: socket.SocketKind, listen: str, port: int, option: str) -> socke
     within(option, port, 0, 65_535)
     made = socket.socket(socket.AF_INET, kind)
     try:
-        if kind == socket.SOCK_STREAM:
-            made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # to reuse the port of a rig that has just ended
+        if kind == socket.SOCK_STREAM and os.name == "posix":  # to reuse the port of a rig that has just ended;
+            made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # elsewhere two programs could have the same
         made.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, BUFFER_BYTES)
         made.bind((listen, port))
         made.setblocking(False)

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Sphinx: each notebook of the tutorials can be taken from its page, for Jupyter or as a script."""
+
+import os
+from pathlib import Path
+
+import nbformat
+from myst_nb.core.read import read_myst_markdown_notebook
+
+FOLDER = "tutorials"
+TAKE = """
+```{{only}} html
+Take this page with you: {{download}}`notebook <files/{name}.ipynb>`, {{download}}`script <files/{name}.py>`.
+```
+"""
+
+
+def setup(app) -> dict:
+    """As a Sphinx extension: the files are written before the pages are read, which then name them."""
+    app.connect("builder-inited", lambda app: write(Path(app.srcdir) / FOLDER))
+    app.connect("env-before-read-docs", _style)
+    app.connect("source-read", _named)
+    return {"parallel_read_safe": True}
+
+
+def write(folder: Path) -> None:
+    """Notebook and script of each page of ``folder``, in its folder ``files``."""
+    (folder / "files").mkdir(exist_ok=True)
+    for page in sorted(folder.glob("*.md")):
+        if page.stem == "index":
+            continue
+        notebook = read_myst_markdown_notebook(page.read_text(encoding="utf-8"), add_source_map=False)
+        for number, cell in enumerate(notebook.cells):
+            cell.id = f"cell-{number}"  # not a new one each time
+        nbformat.write(notebook, folder / "files" / f"{page.stem}.ipynb")
+        (folder / "files" / f"{page.stem}.py").write_text(script(notebook.cells), encoding="utf-8")
+
+
+def script(cells: list) -> str:
+    """The cells with text as comments, in the form that editors show as cells."""
+    parts = []
+    for cell in cells:
+        if cell.cell_type == "markdown":
+            lines = "\n".join(f"# {line}".rstrip() for line in cell.source.splitlines())
+            parts.append(f"# %% [markdown]\n{lines}\n")
+        else:
+            parts.append(f"# %%\n{cell.source}\n")
+    return "\n".join(parts)
+
+
+def _style(app, *_) -> None:
+    """Figures of the notebooks, not those that this process draws, follow the style sheet of the pages."""
+    os.environ["MATPLOTLIBRC"] = str(Path(app.confdir) / "matplotlibrc")
+
+
+def _named(app, docname: str, source: list[str]) -> None:
+    """Names the files at the end of a notebook's page."""
+    folder, _, name = docname.rpartition("/")
+    if folder == FOLDER and name != "index":
+        source[0] += TAKE.format(name=name)
