@@ -195,11 +195,11 @@ format: .venv/.lint-packages  ## the same, changing files
 
 docs: setup  ## the pages of docs/ as HTML in build/docs
 	@$(WATCHED) "packages for the pages" $(FETCH) -- $(INSTALL) --requirement docs/requirements.txt
-	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W docs build/docs
+	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W --show-traceback docs build/docs
 	@echo "build/docs/index.html"
 
 reference: setup  ## FILE=values.json through the public names: name, expected, got, pass
 	@$(BIN)/python tests/reference.py $(FILE)
 
 clean:  ## everything that was built, .venv included
-	@rm -rf .venv build demo dist docs/reference/laws docs/reference/api.md docs/tutorials/files src/needleforce/core src/needleforce/core.*
+	@rm -rf .venv build demo dist docs/reference/laws $(addprefix docs/reference/,api.md commands.md needle_file.md presets.md) docs/tutorials/files docs/gallery/pictures src/needleforce/core src/needleforce/core.*

@@ -126,9 +126,7 @@ def summary(verdicts: list[Verdict]) -> list[str]:
     return [
         f"\nwrong and not warned of: {100 * wrong_share(verdicts):.2f} % of parameters (bar: 1 %)",
         f"recordings with such a parameter: {with_wrong:.1f} %",
-        "declined: {:.1%} of parameters, {:.1%} if those of incomplete recordings count too".format(
-            *declined_shares(verdicts)
-        ),
+        "declined: {:.1%} of parameters, {:.1%} of those that exist".format(*declined_shares(verdicts)),
         f"punctures: {found[0]} false, {found[1]} missed of {found[2]}",
         f"intervals that do not hold their own value: {sum(v.malformed for v in verdicts)}",
         f"status: {dict(Counter(v.status for v in verdicts).most_common())}",

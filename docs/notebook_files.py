@@ -18,7 +18,7 @@ Take this page with you: {{download}}`notebook <files/{name}.ipynb>`, {{download
 def setup(app) -> dict:
     """As a Sphinx extension: the files are written before the pages are read, which then name them."""
     app.connect("builder-inited", lambda app: write(Path(app.srcdir) / FOLDER))
-    app.connect("env-before-read-docs", _style)
+    app.connect("env-before-read-docs", _environment)
     app.connect("source-read", _named)
     return {"parallel_read_safe": True}
 
@@ -48,9 +48,11 @@ def script(cells: list) -> str:
     return "\n".join(parts)
 
 
-def _style(app, *_) -> None:
-    """Figures of the notebooks, not those that this process draws, follow the style sheet of the pages."""
+def _environment(app, *_) -> None:
+    """What the notebooks run with, and not what is drawn before: the figures' style, and one thread of linear algebra,
+    as more are slower on small matrices."""
     os.environ["MATPLOTLIBRC"] = str(Path(app.confdir) / "matplotlibrc")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _named(app, docname: str, source: list[str]) -> None:

@@ -64,7 +64,7 @@ for target_depth, (target_aside, _) in zip(plan.motion.depth, plan.motion.latera
 
 tip, wrench = np.asarray(attached.sample.tip), np.asarray(attached.sample.wrench)
 print(f"target {1e3 * plan.target[0]:.2f} mm, tip {1e3 * tip[0]:.2f} mm aside at {1e3 * tip[2]:.2f} mm")
-print(f"axial force {attached.sample.force:.3f} N, moment at the hub {1e3 * wrench[4]:.1f} mN m")
+print(f"axial force {attached.sample.force:.3f} N, moment at the hub {1e3 * wrench[4]:.1f} mN m; mujoco_steer.svg")
 line = 1e3 * attached.shape(data)
 plt.plot(line[:, 0], -line[:, 2]), plt.plot(1e3 * plan.target[0], 60.0, "x"), plt.axhline(0.0, color="gray")
 plt.gca().set(xlabel="aside [mm]", ylabel="depth [mm]"), plt.gca().invert_yaxis(), plt.savefig("mujoco_steer.svg")

@@ -3,7 +3,7 @@
 """Tries wheels as a user has them: what is inside, and whether it works in an empty environment outside the repository.
 
     try_wheel.py WHEEL ...       with every Python here; one that a wheel is not for has to refuse it
-    try_wheel.py --this WHEEL    with the Python that runs this, without the demo and the type checkers
+    try_wheel.py --this WHEEL    with the Python that runs this and its packages, without the demo and the type checkers
 
 Prints a row for each wheel and Python. What fails is printed whole, and ends the trial.
 """
@@ -15,6 +15,7 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
 import tempfile
 import time
 import zipfile
@@ -79,9 +80,13 @@ class Environment:
         shutil.copy(ROOT / "examples" / "insertion.csv", folder / "examples")
         shutil.copy(PACKAGE / "presets" / "paper.toml", folder)
 
-    def install(self, wheel: Path, *options: str) -> None:
-        """As ``pip install WHEEL``."""
-        quiet = ("--quiet", "--disable-pip-version-check", *options)
+    def install(self, wheel: Path, lent: Path | None = None) -> None:
+        """As ``pip install WHEEL``; without what the wheel needs if that is lent by another environment."""
+        quiet = ["--quiet", "--disable-pip-version-check"]
+        if lent:
+            quiet += ["--no-deps", "--no-compile"]
+            own = self._run(self.python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", where={})
+            Path(own.strip(), "lent.pth").write_text(f"{lent}\n", encoding="utf-8")
         self._run(
             sys.executable, "-m", "pip", "--python", self.python, "install", *quiet, wheel, where=dict(os.environ)
         )
@@ -144,24 +149,24 @@ def demo(at: Environment) -> None:
 
 
 def types(at: Environment) -> None:
-    """A user's script by mypy and pyright."""
-    shutil.copy(ROOT / "tests" / "packaging" / "user_script.py", at.folder)
-    at.checked(
-        "mypy", "--strict", "--python-executable", at.python, "--cache-dir", at.folder / "cache", "user_script.py"
-    )
-    at.checked("pyright", "--pythonpath", at.python, "user_script.py")
+    """The README's example by mypy and pyright."""
+    at.checked("mypy", "--strict", "--python-executable", at.python, "--cache-dir", at.folder / "cache", "first.py")
+    at.checked("pyright", "--pythonpath", at.python, "first.py")
 
 
 QUICK: tuple[Callable[[Environment], None], ...] = (example, identify, inspect, presets)
 
 
-def tried(python: Path, wheel: Path, steps: tuple[Callable[[Environment], None], ...], *options: str) -> str:
+def tried(python: Path, wheel: Path, steps: tuple[Callable[[Environment], None], ...], lent: Path | None = None) -> str:
     """A few words on what works."""
     with tempfile.TemporaryDirectory() as folder:
-        at = Environment(python, Path(folder))
+        at = Environment(python, Path(folder).resolve())
         began = time.monotonic()
-        at.install(wheel, *options)
+        at.install(wheel, lent)
         installed = time.monotonic() - began
+        place = at.says("python", "-c", "import needleforce; print(needleforce.__file__)").strip()
+        if not Path(place).is_relative_to(at.folder):
+            raise Failed(f"{place} is used, not the wheel")
         for step in steps:
             step(at)
         return f"installed in {installed:.0f} s, {', '.join(each.__name__ for each in steps)} work"
@@ -184,8 +189,8 @@ def main() -> None:
             raise Failed("\n".join((wheel.name, *faults)))
         print(f"{wheel.name}: {wheel.stat().st_size / 1e6:.1f} MB, whole", flush=True)
         if options.this:
-            pinned = ("--constraint", str(ROOT / "constraints.txt"), "--no-compile")
-            print(f"  {sys.version.split()[0]}: {tried(Path(sys.executable), wheel, QUICK, *pinned)}")
+            lent = Path(sysconfig.get_path("purelib"))
+            print(f"  {sys.version.split()[0]}: {tried(Path(sys.executable), wheel, QUICK, lent)}")
             continue
         for minor, python in pythons().items():
             if is_for(wheel, minor):

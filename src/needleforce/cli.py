@@ -3,38 +3,32 @@
 
 import os
 import sys
+from importlib import import_module
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
-from .commands import (
-    bench_tests,
-    campaign,
-    compare,
-    convert,
-    demo,
-    export,
-    identify,
-    indentation,
-    inspect,
-    laws,
-    penetration,
-    presets,
-    record,
-    rest,
-    rig,
-    simulate,
-    steer,
-    study,
-)
+from .commands import bench_tests, inspect, steer
+from .commands.output import prepare_streams, say, typed
+
+COMMANDS = ("demo", "inspect", "simulate", "identify", "campaign", "study", "compare", "indentation", "penetration",
+            "convert", "export", "record", "rest", "rig", "laws", "presets")  # fmt: skip
+"""Each in the module of its name, in the order of the help."""
 
 
 class Commands(TyperGroup):
     """The commands; a file or folder in the place of one is looked at."""
 
     def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Any, list[str]]:
-        """The command of the first argument. A path is none: one that exists, or that has a folder or an ending."""
+        """The command of the first argument, of which messages know what was typed."""
+        name, command, rest = self._resolved(ctx, args)
+        inner = getattr(command, "commands", {}).get(rest[0] if rest else "", command)
+        typed.begin(args, getattr(inner, "params", ()))
+        return name, command, rest
+
+    def _resolved(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """A path is no command: one that exists, or that has a folder or an ending."""
         first = args[0]
         if first == inspect.PLACE:
             return "", self.commands[first], args[1:]
@@ -51,26 +45,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command(name=inspect.PLACE)(inspect.first_look)
-for command in (
-    demo,
-    inspect,
-    simulate,
-    identify,
-    campaign,
-    study,
-    compare,
-    indentation,
-    penetration,
-    convert,
-    export,
-    record,
-    rest,
-    rig,
-    laws,
-    presets,
-):
-    app.command(name=command.NAME)(command.run)
-app.add_typer(steer.app, name=steer.NAME)
+for name in COMMANDS:
+    app.command(name=name)(import_module(f".commands.{name}", __package__).run)
+app.add_typer(steer.app, name="steer")
 app.command(name="tension")(bench_tests.tension)
 app.command(name="bending")(bench_tests.bending)
 
@@ -86,8 +63,7 @@ def about(version: bool = typer.Option(False, "--version", help="Print the versi
 
 
 def main() -> None:
-    """Run the command line; an InputError is printed as one line, without a traceback."""
-    from .commands.output import prepare_streams, say
+    """Run the command line; an InputError is printed as one line, without a traceback, and the command to paste."""
     from .errors import InputError
 
     prepare_streams()

@@ -10,6 +10,7 @@ import secrets
 import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
 from xml.etree import ElementTree
@@ -61,7 +62,8 @@ def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = M
     except InputError:
         raise
     except FileNotFoundError:
-        raise InputError(what, "missing", "", str(path), "Check the name and the folder.") from None
+        step = f"{did_you_mean(os.path.basename(path), _folder_names(path))}Check the name and the folder."
+        raise InputError(what, "missing", "", str(path), step) from None
     except OSError as error:
         advice = "Check the name and its permissions."
         raise InputError(what, "not readable", error.strerror or "", str(path), advice) from None
@@ -73,6 +75,13 @@ def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = M
         file.close()
         raise
     return file
+
+
+def _folder_names(path: str | os.PathLike) -> list[str]:
+    """The first thousand names in the folder of a path; none where there is no folder."""
+    with suppress(OSError):
+        return [each.name for each in islice(os.scandir(os.path.dirname(path) or os.curdir), 1000)]
+    return []
 
 
 def _check_regular(found: os.stat_result, path: str | os.PathLike, what: str, max_bytes: int) -> None:

@@ -165,3 +165,14 @@ def test_a_wrong_mapping_is_refused(tmp_path, text, word):
 def test_a_missing_mapping_is_refused(tmp_path):
     with pytest.raises(nf.InputError, match="mapping"):
         label_files([], None, tmp_path / "gone.csv", {})
+
+
+def test_several_fields_that_count_have_the_pattern_by_which_the_last_is_the_repeat():
+    from needleforce.campaign.field_inference import infer_fields
+
+    names = [f"liver_{specimen}_{repeat}.csv" for specimen in range(10) for repeat in range(1, 5)]
+    fields, note = infer_fields(names, {})
+    assert "repeat" not in fields[names[0]]
+    pattern = note.partition("--pattern '")[2].partition("'")[0]
+    read, _ = name_pattern(pattern).read(names[5])
+    assert read["repeat"] == "2" and len(read) == 3

@@ -147,6 +147,15 @@ def test_the_report_shows_every_repeat_and_every_reason(done, tmp_path):
             assert anomaly.sentence.split("'")[0] in text
 
 
+def test_the_report_states_a_reason_once_after_the_tables(tmp_path):
+    for name in ("a_1.csv", "a_2.csv", "b_1.csv"):
+        (tmp_path / name).write_bytes(b"time_s,depth_mm\n0,")
+    campaign(tmp_path, pattern="{gel}_{repeat}").report(tmp_path / "report.html")
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert text.count("o column holds the force") == 1 and text.count('href="#reason-1"') == 2 + 3  # panels, recordings
+    assert text.index("</table>", text.index("b_1.csv")) < text.index("o column holds the force")
+
+
 def test_a_large_report_stays_small(done, tmp_path):
     import dataclasses
 

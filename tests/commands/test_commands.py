@@ -125,8 +125,24 @@ def test_wrong_usage(arguments, message, tmp_path):
 
 
 def test_a_model_that_does_not_exist_is_wrong_usage(example):
-    done = run("identify", example, "--model", "magic")
-    assert done.returncode == 2 and "cone_cylinder" in done.stderr
+    done = run("identify", example, "--model", "papr")
+    assert done.returncode == 2 and "Did you mean paper?" in done.stderr and "cone_cylinder" in done.stderr
+
+
+def test_a_name_that_is_mistyped_is_proposed(example, tmp_path):
+    (tmp_path / "liver").mkdir()
+    for arguments in (["identify", "livr"], ["campaign", "./livr"], ["./livr"]):
+        assert "Did you mean liver?" in run(*arguments, cwd=tmp_path).stderr
+    assert "Did you mean paper" in run("identify", example, "--needle", "papper").stderr
+
+
+def test_names_are_not_broken_in_a_narrow_table(example, capsys, monkeypatch):
+    from needleforce.commands.output import table
+
+    monkeypatch.setenv("COLUMNS", "100")
+    monkeypatch.setattr("sys.stdout.isatty", lambda: True, raising=False)
+    table("models", ["model", *(f"quantity {k}" for k in range(10))], [["layered_as_fitted", *["1.234"] * 10]])
+    assert "layered_as_fitted" in capsys.readouterr().out
 
 
 def test_simulate_then_identify(tmp_path):
@@ -158,7 +174,8 @@ def test_laws_for_a_needle_come_with_a_verdict():
     assert verdicts["cone"] == "not applicable" and verdicts["cone_cylinder"] == "scaling law only"
     # the preset paper has a needle and no tissue
     rows = json.loads(run("laws", "--needle", "paper", "--json", "-").stdout)
-    assert "no tissue" in next(row["reason"] for row in rows if row["law"] == "cone")
+    assert "no tissue" in next(row["reason"] for row in rows if row["law"] == "relaxing_surface")
+    assert next(row["verdict"] for row in rows if row["law"] == "cone") == "scaling law only"  # by its angle
     rows = json.loads(run("laws", "--needle", "paper", "--tissue", "physical", "--json", "-").stdout)
     assert next(row["verdict"] for row in rows if row["law"] == "cone") == "scaling law only"
 

@@ -68,7 +68,7 @@ def test_no_work_stands_there_unused():
     assert set(works()) - used <= {"Vesic 1961", "Biot 1937"}
 
 
-@pytest.mark.parametrize("name", ["README.md", "CITATION.cff", "citations"])
+@pytest.mark.parametrize("name", ["docs/explanation/mechanics.md", "CITATION.cff", "citations"])
 def test_what_the_text_of_the_source_paper_does_not_state_is_not_cited(root, name):
     cited = next(text for text in nf.preset("paper").citations if "PVA phantom" in text)
     text = " ".join((cited if name == "citations" else (root / name).read_text(encoding="utf-8")).split())

@@ -46,6 +46,12 @@ def test_the_readme_runs_and_draws(root, folder):
     assert (folder / "first.svg").stat().st_size > 5000
 
 
+def test_the_pictures_of_the_readme_are_drawn(root, tmp_path):
+    run([str(root / "examples" / "front_page.py"), "."], tmp_path)
+    for name in ("front", "steering", "layers"):
+        assert (tmp_path / f"{name}.svg").stat().st_size > 5000 and (root / "docs/figures" / f"{name}.svg").exists()
+
+
 def twin(root, tmp_path, name: str) -> str:
     """What an example says, the same in C++ and in Python."""
     binary, source = tmp_path / name, root / "examples" / f"{name}.cpp"
@@ -103,6 +109,26 @@ def test_a_learning_set_keeps_specimens_apart(root, tmp_path):
     parts = re.findall(r"(\w+): (\d+) recordings of (\d+) specimens", said)
     assert {part for part, *_ in parts} == {"train", "validation", "test"}
     assert sum(int(specimens) for *_, specimens in parts) == 1000  # one in two parts would count twice
+
+
+def test_the_reference_made_from_the_program_has_all_of_it(root, tmp_path, monkeypatch):
+    import needleforce as nf
+    from needleforce.cli import app
+    from needleforce.preset_files.build import read_needle
+
+    monkeypatch.syspath_prepend(root / "docs")
+    import program_reference
+
+    program_reference.write(tmp_path)
+    commands, presets, needle = (
+        (tmp_path / f"{name}.md").read_text() for name in ("commands", "presets", "needle_file")
+    )
+    assert all(f"## {each.name}\n" in commands for each in app.registered_commands if each.name.islower())
+    assert "## steer plan" in commands and "`--needle`" in commands
+    assert all(f"`{name}`" in presets for name in nf.presets())
+    assert "`lancet_bevel` | `half_angle_rad` `half_angle_deg`" in needle and "0.1 deg | 89.9 deg" in needle
+    (tmp_path / "needle.toml").write_text(re.search(r"```toml\n(.*?)```", needle, re.S)[1])
+    assert read_needle(tmp_path / "needle.toml").radius == 0.635e-3
 
 
 def test_examples_are_short(root):

@@ -108,7 +108,7 @@ def test_a_damaged_file_of_a_new_format_is_refused(tree, tmp_path):
 
 @pytest.mark.parametrize("form", [form for form in declared() if form.module], ids=lambda form: form.name)
 def test_every_format_stands_on_the_page_of_formats(root, form):
-    page = (root / "docs" / "howto" / "recordings.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "reference" / "recordings.md").read_text(encoding="utf-8")
     assert [suffix for suffix in form.suffixes if f"`{suffix}`" not in page] == []
 
 

@@ -11,11 +11,14 @@ ROOT = Path(__file__).parents[2]
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
 CLAIMS = ("index", "proof", "safety_case")  # these name tests: test_proof.py
 EVIDENCE = sorted(path for path in (ROOT / "docs" / "evidence").glob("*.md") if path.stem not in CLAIMS)
+HOWTO = sorted(path for path in (ROOT / "docs" / "howto").glob("*.md") if path.stem != "index")
 BULLET = re.compile(r"\s*(?:[-*]|\d+\.) ")
 MAX_DECISION_WORDS = 350
 MAX_SENTENCE_WORDS = 40
 MAX_ENTRY_CHARACTERS = 200
 MAX_ARCHITECTURE_LINES = 150
+MAX_README_LINES = 120
+MAX_HOWTO_LINES = 60
 
 
 def text_blocks(page: str) -> list[str]:
@@ -72,6 +75,21 @@ def test_evidence_names_the_command_that_repeats_it(path):
 def test_the_architecture_is_two_screens():
     lines = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8").splitlines()
     assert len(lines) <= MAX_ARCHITECTURE_LINES
+
+
+def test_the_readme_is_a_front_page():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= MAX_README_LINES
+
+
+@pytest.mark.parametrize("path", HOWTO, ids=lambda path: path.stem)
+def test_a_how_to_is_a_task(path):
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= MAX_HOWTO_LINES
+
+
+def test_the_left_column_has_eight_entries():
+    page = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    (column,) = re.findall(r"```{toctree}\n(.*?)```", page, re.S)
+    assert len(re.findall(r"<\w+/index>$", column, re.M)) == 8
 
 
 def test_what_is_too_long_is_found():

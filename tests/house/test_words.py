@@ -67,7 +67,7 @@ CPP = sorted(
     for ending in ("*.hpp", "*.cpp", "*.h", "*.c", "*.mjs")
     for path in (ROOT / folder).rglob(ending)
 )
-GENERATED = ("api.md", "laws")
+GENERATED = ("api.md", "commands.md", "needle_file.md", "presets.md", "laws")
 PAGES = sorted(
     path
     for path in [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]

@@ -2,15 +2,16 @@
 """Judges a fit by the truth of a stranger's recording.
 
 Each parameter is ``inside`` its 95 % interval; ``near`` (outside, but inside the interval widened to 1.5 times, or off
-by less than the practical tolerance); ``declined`` (refused, no such parameter, or not identifiable; the numbers of an
-``incomplete`` recording are numbers, those of any other status but ``ok`` are not);
+by less than the practical tolerance); ``declined`` (refused, no such parameter, or not identifiable);
 ``warned`` (farther off, with a warning that names a fault of the recording); or ``wrong``: farther off without one.
+Whatever the status of the fit, every number that it shows as identifiable is judged, the pooled one and the
+recording's own; the depths at which deeper layers rupture are judged only where they are shown.
 """
 
 import re
 import warnings
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from strangers import repeats
@@ -30,7 +31,7 @@ PARAMETERS = (
 VERDICTS = ("inside", "near", "declined", "warned", "wrong")
 DEPTH_TOLERANCE, SHARE_TOLERANCE, PEAK_TOLERANCE = 0.1e-3, 0.10, 0.03  # [m], of the value, of the largest force
 WIDENED = 1.5
-NUMBERS = ("ok", "incomplete")  # statuses with which numbers are given
+DEEPER = re.compile(r"layer_\d+_puncture_depth")
 
 # A warning counts if it names what is there. These words are searched in warnings and notes, without regard to case.
 # That the model does not describe the data counts for every fault of the tissue and the rig, not for one of the sensor.
@@ -138,6 +139,7 @@ class Verdict:
     faults: tuple
     status: str
     verdicts: dict = field(default_factory=dict)  # name -> one of VERDICTS
+    absent: tuple = ()  # of these, what does not exist
     covered: dict = field(default_factory=dict)  # name -> bool, of those with a value
     vague: list = field(default_factory=list)  # identifiable and inside, but the interval excludes nothing useful
     widths: dict = field(default_factory=dict)  # name -> half width over the practical tolerance
@@ -163,7 +165,7 @@ def tolerance(name, truth):
     Depths: 0.1 mm, or what the depth's own quantum, jitter and sampling allow. Forces: 10 % of the value or 3 % of the
     largest force. Friction per length: the same over the embedded travel. Stiffness: 10 %.
     """
-    if name in ("contact_depth", "puncture_depth", "puncture_indentation"):
+    if name.endswith(("contact_depth", "puncture_depth", "puncture_indentation")):
         return max(DEPTH_TOLERANCE, truth.depth_error)
     value = max(abs(v) for v in truth.values.get(name, (0.0,)))
     if name == "stiffness_coefficient":
@@ -214,6 +216,17 @@ def verdict_of(name, estimate, truth, named):
     return ("warned" if named else "wrong"), False
 
 
+def with_deeper(name, estimate, truth):
+    """The truth with that of a deeper layer's rupture: the nearest one below the first, or none."""
+    if not DEEPER.fullmatch(name):
+        return truth
+    below = [(each.start, each.end) for each in truth.ruptures if each.start > truth.ruptures[0].start]
+    if not below:
+        return replace(truth, absent=truth.absent | {name})
+    nearest = min(below, key=lambda ends: max(ends[0] - estimate.value, estimate.value - ends[1]))
+    return replace(truth, values=truth.values | {name: nearest})
+
+
 def causes_named(faults, messages):
     """The faults that are present and that the messages name."""
     text = [re.sub(ALWAYS, "", message) for message in messages]
@@ -235,20 +248,26 @@ def judged(fit, truth):
     one = fit.recordings[0]
     notes = [note for each in fit.recordings for note in (*each.notes, *getattr(each.events, "notes", ()))]
     messages = (*map(str, fit.warnings), *dict.fromkeys(map(str, notes)))
-    out = Verdict(truth.seed, truth.scenario, truth.faults, str(one.status), messages=messages)
+    out = Verdict(
+        truth.seed, truth.scenario, truth.faults, str(one.status), absent=tuple(truth.absent), messages=messages
+    )
     out.named = causes_named(truth.faults, messages)
-    for name in PARAMETERS:
-        if name not in truth.meaningful | truth.absent:
+    given = [each for each in PARAMETERS if each in truth.meaningful | truth.absent]
+    for name in (*given, *dict.fromkeys(each for each in (*fit.parameters, *one.parameters) if DEEPER.fullmatch(each))):
+        explained = any(name in EXPLAINS.get(fault, (*PARAMETERS, name)) for fault in out.named)
+        estimates = [known[name] for known in (fit.parameters, one.parameters) if name in known]
+        truths = [with_deeper(name, each, truth) for each in estimates]
+        found = [(*verdict_of(name, *each, explained), *each) for each in zip(estimates, truths)]
+        found = [each for each in found if each[0] != "declined"]
+        if not found and name in given:
+            out.verdicts[name] = "declined"
+        if not found:
             continue
-        estimate = fit.parameters.get(name) if one.status in NUMBERS else None
-        explained = any(name in EXPLAINS.get(fault, PARAMETERS) for fault in out.named)
-        out.verdicts[name], covered = verdict_of(name, estimate, truth, explained)
-        if covered is not None:
-            out.covered[name] = covered
-            out.malformed += malformed(estimate)
-            out.vague += [name] if vague(name, estimate) else []
-            out.widths[name] = 0.5 * (estimate.high - estimate.low) / tolerance(name, truth)
-            out.details[name] = (estimate.value, estimate.low, estimate.high, truth.values.get(name))
+        out.verdicts[name], out.covered[name], estimate, true = max(found, key=lambda each: VERDICTS.index(each[0]))
+        out.malformed += malformed(estimate)
+        out.vague += [name] if vague(name, estimate) else []
+        out.widths[name] = 0.5 * (estimate.high - estimate.low) / tolerance(name, true)
+        out.details[name] = (estimate.value, estimate.low, estimate.high, true.values.get(name))
     if one.events is not None and one.status != "unreadable":
         count_punctures(one.events.punctures, truth, out)
     return out
@@ -267,7 +286,7 @@ def trial(seed, scenario=None, n=1, **options):
 def unguarded(found, options):
     truth = found[0][3]
     declined = {name: "declined" for name in PARAMETERS if name in truth.meaningful | truth.absent}
-    refused = Verdict(truth.seed, truth.scenario, truth.faults, "refused", declined)
+    refused = Verdict(truth.seed, truth.scenario, truth.faults, "refused", declined, tuple(truth.absent))
     card = Card(filter_length=truth.filter_length)
     recordings = [nf.Recording(time=time, depth=depth, force=force, card=card) for time, depth, force, _ in found]
     try:
@@ -286,11 +305,10 @@ def share(verdicts, name=None):
 
 
 def declined_shares(verdicts):
-    """Share of judged parameters that are declined, and the same with all of an incomplete recording declined."""
-    judged = [(v.status, each) for v in verdicts for each in v.verdicts.values()]
-    declined = sum(each == "declined" for _, each in judged)
-    strictly = sum(each == "declined" or status != "ok" for status, each in judged)
-    return declined / max(len(judged), 1), strictly / max(len(judged), 1)
+    """Share of judged parameters that are declined, and the same of those that exist: to decline another is right."""
+    judged = [(name in v.absent, each == "declined") for v in verdicts for name, each in v.verdicts.items()]
+    existing = [declined for absent, declined in judged if not absent]
+    return sum(declined for _, declined in judged) / max(len(judged), 1), sum(existing) / max(len(existing), 1)
 
 
 def wrong_share(verdicts):

@@ -177,6 +177,11 @@ def test_a_cycle_without_a_puncture_has_a_layered_model_that_says_what_is_lackin
     fit = nf.identify(run)
     assert fit.model.name == "identified_layered_yielding" and fit.quality.nrmse < 0.05
     assert "lack a puncture" in first(fit) and "puncture_force" not in fit.parameters
+    hidden = ("puncture_depth", "puncture_indentation", "friction_per_length")
+    given = [
+        known[name] for known in (fit.parameters, fit.recordings[0].parameters) for name in hidden if name in known
+    ]
+    assert len(given) >= len(hidden) and not any(each.identifiable for each in given)
     assert fit.predict(run).max() == pytest.approx(run.force[100:].max(), rel=0.05)
 
 

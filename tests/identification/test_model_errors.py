@@ -107,19 +107,25 @@ def changed(still, seed, more=0.0):
 @pytest.mark.parametrize("average", [8, 20])
 def test_a_filter_without_its_noise_is_found_from_the_fall(average, seeds):
     fits = [nf.identify(changed(cycle(seed, noise=0.0, average=average), seed)) for seed in seeds]
-    assert all("as a sharp rupture does behind an average filter" in " ".join(fit.recordings[0].notes) for fit in fits)
+    named = ["as a sharp rupture does behind an average filter" in " ".join(fit.recordings[0].notes) for fit in fits]
+    assert np.mean(named) >= 0.75  # a smooth step may explain a few samples as well
     for name, value in (("contact_depth", CONTACT), ("puncture_depth", PUNCTURE), ("puncture_force", 0.5)):
         assert np.mean([fit.parameters[name].low <= value <= fit.parameters[name].high for fit in fits]) >= 0.75
 
 
-@pytest.mark.parametrize("power", [1.0, 2.0, 3.0])
+@pytest.mark.parametrize("power", [1.0, 2.0, 3.0, "smooth step"])
 @pytest.mark.parametrize("length", [0.05e-3, 0.15e-3, 0.5e-3])
 def test_a_gradual_rupture_is_no_filter(power, length, seeds):
     for seed in seeds:
         still = cycle(seed, noise=0.0)
         fallen, drop = still.depth - PUNCTURE, 0.5 - FRICTION * (PUNCTURE - CONTACT) - CUTTING
         inwards = np.arange(len(still)) <= np.argmax(still.depth)
-        left = np.where(inwards & (fallen >= 0.0), drop * np.exp(-((np.maximum(fallen, 0.0) / length) ** power)), 0.0)
+        passed = np.maximum(fallen, 0.0) / length
+        if power == "smooth step":
+            share = 1.0 - np.minimum(passed, 1.0) ** 2 * (3.0 - 2.0 * np.minimum(passed, 1.0))
+        else:
+            share = np.exp(-(passed**power))
+        left = np.where(inwards & (fallen >= 0.0), drop * share, 0.0)
         recording = changed(still, seed, left)
         assert filter_of_the_fall(recording, nf.segment(recording)) == 0
 

@@ -17,6 +17,7 @@ from strangers_judge import (
     EXPLAINS,
     WORDS,
     causes_named,
+    judged,
     malformed,
     share,
     tolerance,
@@ -222,6 +223,18 @@ def test_a_number_for_what_does_not_exist_is_wrong_whatever_its_interval():
     assert verdict_of("cutting_force", estimate(0.1, 5.0), truth_of(), False) == ("wrong", False)
 
 
+@pytest.mark.parametrize("status", ["ok", "no_puncture", "unreadable"])
+def test_every_number_that_is_shown_is_judged_whatever_the_status(status):
+    truth = stranger(1001, "no rupture")[3]
+    below = estimate(truth.values["contact_depth"][0] + 1.0, 1e-5)
+    shown = {"contact_depth": below, "puncture_depth": below, "layer_2_puncture_depth": below}
+    pooled = shown | {"contact_depth": estimate(below.value, 1e-5, identifiable=False)}
+    one = SimpleNamespace(status=status, parameters=shown, notes=(), events=None)
+    found = judged(SimpleNamespace(recordings=(one,), parameters=pooled, warnings=()), truth)
+    assert sorted(found.wrong) == sorted(shown)
+    assert found.verdicts["cutting_force"] == "declined"
+
+
 def test_tolerances_are_those_of_the_page():
     truth = truth_of(cutting_force=(0.5, 0.5), contact_depth=(1e-3, 1e-3))
     assert tolerance("cutting_force", truth) == pytest.approx(0.05)
@@ -260,8 +273,8 @@ def verdicts(many):
     return [trial(seed) for seed in range(many(25, 200))]
 
 
-def test_no_recording_ends_in_a_traceback(verdicts):
-    assert [(v.seed, v.crash) for v in verdicts if v.crash] == []
+def test_no_recording_ends_in_a_traceback_or_a_warning_of_numpy(verdicts):
+    assert [(v.seed, v.crash) for v in (*verdicts, trial(80067)) if v.crash or v.numeric] == []
 
 
 def test_wrong_and_not_warned_of(verdicts):

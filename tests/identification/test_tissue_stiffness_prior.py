@@ -183,7 +183,7 @@ def test_a_value_that_the_recordings_contradict_is_a_warning():
 
 
 def test_finite_elements_give_it():
-    """As docs/explanation/identification.md shows it."""
+    """As docs/howto/layers.md shows it."""
     stiffness = fe.shaft_stiffness(14e-3, 0.35e-3, fe.Elastic(30e3, 0.49), block_radius=20e-3, block_depth=40e-3)
     assert stiffness == pytest.approx(242.0, rel=0.005)
     assert holds(fitted(pushed(0), (stiffness, 0.3)).parameters[SPRING], STIFFNESS)

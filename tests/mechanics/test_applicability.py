@@ -92,3 +92,8 @@ def test_a_simulation_deeper_than_12_mm_has_a_warning():
     assert set(deep.card.assumptions) - set(shallow.card.assumptions)
     assert any("13 mm deep" in sentence for sentence in deep.card.assumptions)
     assert not any("deep;" in sentence for sentence in shallow.card.assumptions)
+
+
+def test_what_the_tip_alone_decides_is_judged_without_a_tissue():
+    assert judged("cone_cylinder", needle(15))[0] == "scaling law only"
+    assert judged("cone", needle(15), indentation=3e-3)[0] == "not applicable"

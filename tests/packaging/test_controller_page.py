@@ -1,15 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the README and docs/howto/controllers.md tell a controller's author to write and to run."""
+"""What README, docs/start and docs/howto/controllers.md tell a controller's author to write and to run."""
 
 import os
 import re
 import shutil
 import subprocess
+import sys
 
 import pytest
 from building import TOOLS, said
 
 import needleforce as nf
+
+LOOP = "docs/start/loop.md"
+PYTHON = sys.executable
 
 C_AROUND = """#include <stdio.h>
 #include <stdlib.h>
@@ -28,21 +32,39 @@ def blocks(page, language: str) -> list[str]:
     return re.findall(rf"```{language}\n(.*?)```", page.read_text(encoding="utf-8"), re.S)
 
 
-@pytest.mark.parametrize("language, file", [("cmake", "CMakeLists.txt"), ("cpp", "main.cpp")])
-def test_the_readme_shows_the_program_outside(root, language, file):
-    (shown,) = blocks(root / "README.md", language)
+@pytest.mark.parametrize(
+    "page, language, file",
+    [("README.md", "cpp", "main.cpp"), (LOOP, "cpp", "main.cpp"), (LOOP, "cmake", "CMakeLists.txt")],
+)
+def test_a_page_shows_the_program_outside(root, page, language, file):
+    shown = blocks(root / page, language)[0]
     assert (root / "examples" / "outside" / "cpp" / file).read_text().endswith(shown)
 
 
-def test_the_commands_of_the_readme_make_the_header(root, tmp_path):
-    for path in ("examples/insertion.csv", "src/needleforce/presets/paper.toml"):
-        (tmp_path / path).parent.mkdir(parents=True)
-        shutil.copy(root / path, tmp_path / path)
-    commands = next(text for text in blocks(root / "README.md", "sh") if "export" in text)
-    path = {"PATH": f"{TOOLS}{os.pathsep}/usr/bin{os.pathsep}/bin"}
-    done = subprocess.run(["sh", "-e", "-c", commands], cwd=tmp_path, capture_output=True, text=True, env=path)
+def test_the_pages_of_the_start_lead_from_a_file_to_a_loop(root, tmp_path):
+    """In an empty folder, with the recording and nothing else: the shown text is what is printed."""
+    shutil.copy(root / "examples" / "insertion.csv", tmp_path)
+    own = root / "docs" / "start" / "own_file.md"
+    (needle,), python = blocks(own, "toml"), blocks(own, "python") + blocks(root / LOOP, "python")
+    (tmp_path / "needle.toml").write_text(needle)
+    commands = [text for page in (own, root / LOOP) for text in blocks(page, "sh")]
+    identify, export = (next(text for text in commands if word in text) for word in ("--json", "export"))
+    (program,) = blocks(root / LOOP, "cpp")[:1]
+    (tmp_path / "main.cpp").write_text(program)
+    (compiler,) = (text for text in commands if "g++" in text)
+    path = {"PATH": f"{TOOLS}{os.pathsep}/usr/bin{os.pathsep}/bin", "LC_ALL": "C.UTF-8"}
+    both = "\n".join([identify, export, compiler.replace("path/to/needleforce", str(root)).replace("-O2", "-O0")])
+    done = subprocess.run(["sh", "-e", "-c", both], cwd=tmp_path, capture_output=True, text=True, env=path)
     assert done.returncode == 0, done.stderr
-    assert "needleforce::Layer gel[]" in (tmp_path / "gel.hpp").read_text()
+    (in_the_loop,) = blocks(root / LOOP, "text")
+    assert done.stdout.endswith(in_the_loop)
+    rows = [line.split("|")[2] for line in own.read_text().splitlines() if line.startswith("| `")]
+    shown = [" ".join(row.split(" (")[0].split()) for row in rows]  # without the intervals
+    printed = " ".join(done.stdout.split())
+    assert len(shown) == 6 and [value for value in shown if value not in printed] == []
+    ran = subprocess.run([PYTHON, "-c", "\n".join(python)], cwd=tmp_path, capture_output=True, text=True, env=path)
+    assert ran.stdout.startswith(blocks(own, "text")[-1].split(",")[0]) and ran.stdout.endswith(in_the_loop), ran.stderr
+    assert (tmp_path / "report.html").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import runpy
 import subprocess
 import sys
 import tarfile
+import tomllib
 import zipfile
 from importlib import metadata
 from pathlib import Path
@@ -67,6 +68,16 @@ def test_the_source_distribution_has_every_file_of_the_tree(root, tmp_path):
     with tarfile.open(next(tmp_path.glob("*.tar.gz"))) as archive:
         inside = {name.split("/", 1)[1] for name in archive.getnames()}
     assert [each for each in listed.stdout.split("\n") if each and each not in inside] == []
+
+
+def test_the_conda_recipe_needs_what_the_wheel_needs(root):
+    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    recipe = (root / "conda" / "recipe.yaml").read_text(encoding="utf-8")
+    run = re.findall(r"^    - (\S+) (>=\S+)$", recipe.split("  run:\n")[1].split("\ntests:")[0], re.M)
+    needed = [re.fullmatch(r"([\w-]+)(>=.+)", each).groups() for each in project["dependencies"]]
+    named = {"matplotlib": "matplotlib-base"}  # without windows
+    wanted = [("python", project["requires-python"]), *((named.get(name, name), at) for name, at in needed)]
+    assert run == wanted and f"license: {project['license']}\n" in recipe
 
 
 def test_a_wheel_is_for_the_python_it_names(trial):

@@ -99,8 +99,9 @@ def test_the_error_for_a_named_model_given_as_a_preset_lists_its_presets():
 @pytest.mark.parametrize(
     "name, values, match",
     [
-        ("maurn", {}, "'maurn', not a named model.*maurin"),
-        ("maurin", PAPER, "maurin, stiffness: exponential.rate is missing, needed in 1/m"),
+        ("maurn", {}, "'maurn', not a named model.*Did you mean maurin"),
+        ("okamura", {}, r"stiffness.linear \[N/m\], stiffness.quadratic .*puncture.depth \[m\].*cutting.force \[N\]"),
+        ("maurin", PAPER, r"maurin: .*needed are stiffness.rate \[1/m\], stiffness.scale \[N\]"),
         ("maurin", PAPER | {"stiffness": {"rate": 500.0, "scale": -1.0}}, "exponential.scale is -1.0, outside"),
         ("maurin", PAPER | {"stiffness": {"rate": 500.0, "scale": 1.0, "b": 1}}, "It takes: rate scale"),
         ("maurin", PAPER | {"rigidity": {}}, "'rigidity', unknown. Give stiffness, puncture"),

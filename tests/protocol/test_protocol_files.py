@@ -52,7 +52,7 @@ def test_file_names_are_read_by_the_campaign(tmp_path):
 
 def test_the_example_on_the_page_is_read(root, tmp_path):
     shown = re.search(
-        r"```toml\n(title.*?)```", (root / "docs" / "howto" / "protocols.md").read_text(encoding="utf-8"), re.S
+        r"```toml\n(title.*?)```", (root / "docs" / "reference" / "protocols.md").read_text(encoding="utf-8"), re.S
     )
     assert [run.name for run in plan(read(tmp_path, shown[1]))][9] == "phantom1_3mm_s_site5_pass2.mcap"
 

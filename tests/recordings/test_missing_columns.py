@@ -20,7 +20,7 @@ def test_all_missing_columns_are_in_one_message_with_candidates(file):
     assert "no column holds the time and the force and the depth" in message
     assert "for the time: 'a (s)', 'e (s)'" in message and "for the depth: 'b (mm)', 'd (mm)'" in message
     assert "for the force: 'c (N)', 'g (N)'" in message
-    for option in ("--column time=NAME", "--column force=NAME", "--column depth=NAME", "--rate-hz", "--step-um",
+    for option in ("--column time=1", "--column force=3", "--column depth=2", "--rate-hz", "--step-um",
                    "--speed-mm-s", "--motion FILE", "indentation"):  # fmt: skip
         assert option in message
     run = read(file(table), columns={"time": "a", "depth": "b", "force": "c"})  # what it asks for

@@ -95,7 +95,7 @@ def test_options_of_the_motion_apply_to_its_table(tmp_path):
         target["daq/time"], target["daq/fz"] = FORCE_TIME, force(FORCE_TIME)
         target["stage/a"], target["stage/b"] = 1e3 * MOTION_TIME, 1e3 * SPEED_MM_S * MOTION_TIME
     columns = {"motion.time": "a", "motion.depth": "b"}
-    with pytest.raises(nf.InputError, match=r"--column motion.time=NAME --column motion.depth=NAME"):
+    with pytest.raises(nf.InputError, match=r"--column motion.time=1 --column motion.depth=2"):
         nf.read(tmp_path / "run.h5", motion_part="stage")
     units = {"motion.time": "ms", "motion.depth": "um"}
     check(nf.read(tmp_path / "run.h5", motion_part="stage", columns=columns, units=units))

@@ -28,7 +28,7 @@ KEYED += "UnitName=\tmN\tmm\nTopValue=\t5000\t50\nBottomValue=\t-5000\t-50\n"
 @pytest.mark.parametrize("above", [KEYED, KEYED.replace("TopValue=\t5000\t50\nBottomValue=\t-5000\t-50\n", "")])
 def test_lines_that_begin_with_a_key_name_the_columns_but_the_first(file, above):
     path = file(above + rows(TIME, 1e3 * FORCE, DEPTH))
-    with pytest.raises(nf.InputError, match=r"'1', 'Force', 'Position'.*--column time=NAME"):
+    with pytest.raises(nf.InputError, match=r"'1', 'Force', 'Position'.*--column time=1"):
         nf.read(path)
     check(nf.read(path, columns={"time": 1}))
 

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from plain_insertion import insertion, text
 
+import needleforce as nf
 from needleforce.recording import read
 
 TIME, DEPTH, FORCE = insertion()
@@ -46,3 +47,10 @@ def test_repeated_stamps_are_averaged_with_a_note(file):
 def test_time_may_start_anywhere(file):
     run = run_at(file, TIME + 1637705108.54)
     assert run.rate == pytest.approx(100.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("rate", [80.0, 90.0, 300.0])
+def test_the_rate_of_stamps_in_whole_milliseconds_is_that_of_the_clock(rate):
+    time = np.round(np.arange(2800) / rate, 3)
+    time[1400:] += 5.0  # an interruption is no step
+    assert nf.Recording(time=time, depth=0.0 * time, force=0.0 * time).rate == pytest.approx(rate, rel=1e-4)

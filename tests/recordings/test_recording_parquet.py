@@ -106,7 +106,7 @@ def test_units_are_assumed_or_required_as_in_text_files(stored):
     run = read(stored({"time": TIME * 1e6, "pz": DEPTH * 1e3, "fz": FORCE}))
     assert any("time is assumed to be in us" in sentence for sentence in run.card.assumptions)
     np.testing.assert_allclose(run.time, TIME, atol=1e-12)
-    with pytest.raises(InputError, match="--column depth=NAME"):
+    with pytest.raises(InputError, match="--column depth=2"):
         read(stored({"time": TIME, "way": DEPTH, "force": FORCE}))
 
 

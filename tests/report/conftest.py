@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Constructed fits, so that a report can be checked against the values in this file."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -144,7 +146,9 @@ def layered_run(number: int) -> RecordingFit:
     recording = Recording(run.time, run.depth + CONTACT, run.velocity, force, {}, Card(source=f"run_{number}"), ())
     reached = (True, number != 2)
     own = {
-        name: Estimate(name, depth, "m", depth - 1e-4, depth + 1e-4, identifiable=reached_it)
+        name: Estimate(
+            name, depth, "m", depth - 1e-4, depth + 1e-4 if reached_it else math.inf, identifiable=reached_it
+        )
         for name, depth, reached_it in zip(("puncture_depth", "layer_2_puncture_depth"), LAYER_PUNCTURES, reached)
     }
     quality = Quality(NOISE, NOISE / 1.7, 0.999)

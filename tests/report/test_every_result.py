@@ -88,7 +88,7 @@ def planned() -> steering.Plan:
     problem = SimpleNamespace(target=np.array([0.0, 0.0, 1e-2]), obstacles=(), distances=lambda *_: np.array([np.inf]))
     path = np.column_stack([0.1 * LINE, 0.0 * LINE, LINE])
     made = steering.Plan(**STEPS, path=path, miss=1e-3, clearance=np.inf, faults=("too <far>",), problem=problem)
-    made.__dict__["sd"] = np.full(5, 1e-4)  # found once from the problem, which here is empty
+    made.__dict__.update(sd=np.full(5, 1e-4), shapes=(path,))  # found once from the problem, which here is empty
     return made
 
 

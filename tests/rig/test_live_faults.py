@@ -196,6 +196,6 @@ def test_an_unknown_fault_is_refused_with_the_known_ones():
 
 
 def test_the_table_of_faults_in_the_documentation_agrees_with_the_program(root):
-    page = (root / "docs" / "howto" / "rig.md").read_text(encoding="utf-8")
+    page = (root / "docs" / "reference" / "rig.md").read_text(encoding="utf-8")
     for name, fault in FAULTS.items():
         assert f"| `{name}` | {fault.meaning} | {fault.low:g} to {fault.high:g} |" in page

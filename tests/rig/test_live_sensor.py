@@ -8,7 +8,7 @@ from needleforce.rig import Sensor
 from needleforce.rig.live.sensor import COUNTS_PER_UNIT, CROSSTALK, MAX_BIAS_N, MAX_DRIFT_N, SixAxis
 from needleforce.rig.sensor import COUNTS, RANGE
 
-SATURATED = 0x80020000  # bits 17 and 31, as in docs/howto/rig.md
+SATURATED = 0x80020000  # bits 17 and 31, as in docs/reference/rig.md
 LIMIT, STEPS = np.array(list(RANGE.values())), np.array(list(COUNTS.values()))
 LEVER = np.array([1, 1, 1, 0.01, 0.01, 0.01])
 STILL = np.zeros(6)

@@ -104,10 +104,11 @@ def test_a_blank_has_no_contact(length):
         assert [span.phase for span in events.phases] == ["free"] and events.notes
 
 
-def test_one_stroke_is_incomplete_and_keeps_its_events():
-    events = segment(paper_insertion(withdraw=False, hold=0.0))
+@pytest.mark.parametrize("hold", [0.0, 0.1, 2.0])
+def test_one_stroke_is_incomplete_keeps_its_events_and_has_no_withdrawal(hold):
+    events = segment(paper_insertion(withdraw=False, hold=hold))
     assert events.status == "incomplete" and events.exit is None and len(events.punctures) == 1
-    assert [span.phase for span in events.phases] == ["free", "deformation", "insertion"]
+    assert [span.phase for span in events.phases] == ["free", "deformation", "insertion"] + ["hold"] * (hold > 0.0)
 
 
 def test_without_hold_there_is_no_hold():

@@ -219,7 +219,7 @@ def penetration_test(
 
     Notes
     -----
-    docs/howto/penetration_tests.md defines the figures. Conformity to a standard is not claimed.
+    docs/reference/penetration_figures.md defines them. Conformity to a standard is not claimed.
     """
     check_options(work_to, plateau_travel, min_fall, tips)
     name, travel, force, notes = curve_arrays(travel, force, name)

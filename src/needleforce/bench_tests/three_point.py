@@ -216,7 +216,7 @@ def straight_part(x: np.ndarray, y: np.ndarray, noise: CurveNoise) -> StraightPa
     between them (ASTM D790, toe compensation). Without such a part it is all readings.
     """
     best: StraightPart | None = None
-    for each in sorted(_parts(x, y, noise), key=lambda each: _rise(x, each), reverse=True):
+    for each in _parts(x, y, noise):
         if best is None or each.slope > best.slope + STEEPER_SIGMA * float(np.hypot(best.error, each.error)):
             best = best if departure(x[each.used], y[each.used], noise).found else each
     if best is None:
@@ -224,8 +224,8 @@ def straight_part(x: np.ndarray, y: np.ndarray, noise: CurveNoise) -> StraightPa
     size = best.last - best.first
     first = best.first + int(TRIM * size) * (best.first > 0)
     last = best.last - int(TRIM * size) * (best.last < len(x))
-    part = _part(x, y, noise, first, last) if last - first >= MIN_PART_READINGS else best
-    return replace(_judged(x, y, noise, part), near=tuple(_near(x, y, best)))
+    ends = (first, last) if last - first >= MIN_PART_READINGS else (best.first, best.last)
+    return replace(_judged(x, y, noise, _part(x, y, noise, *ends)), near=tuple(_near(x, y, best)))
 
 
 def _near(x: np.ndarray, y: np.ndarray, part: StraightPart) -> Iterator[float]:
@@ -238,19 +238,20 @@ def _near(x: np.ndarray, y: np.ndarray, part: StraightPart) -> Iterator[float]:
 
 
 def _parts(x: np.ndarray, y: np.ndarray, noise: CurveNoise) -> Iterator[StraightPart]:
-    """The parts between two edges that rise enough."""
+    """The parts between two edges that rise enough, the one that rises furthest first: with the lines of all of them by
+    sums up to each edge."""
     edges = _edges(x, y)
-    smallest = MIN_RISE * float(np.ptp(y))
-    for k, first in enumerate(edges):
-        for last in edges[k + 1 :]:
-            if last - first >= MIN_PART_READINGS:
-                part = _part(x, y, noise, int(first), int(last))
-                if _rise(x, part) > smallest:
-                    yield part
-
-
-def _rise(x: np.ndarray, part: StraightPart) -> float:
-    return part.slope * float(x[part.last - 1] - x[part.first])
+    first, last = (edges[each] for each in np.triu_indices(len(edges), 1))
+    first, last = (each[last - first >= MIN_PART_READINGS] for each in (first, last))
+    place, values, size = x - x.mean(), y - y.mean(), last - first
+    sums = (np.append(0.0, np.cumsum(each)) for each in (place, values, place**2, place * values))
+    places, heights, squares, products = (each[last] - each[first] for each in sums)
+    squares = np.maximum(squares - places**2 / size, 1e-300)
+    slope = (products - places * heights / size) / squares
+    rise = slope * (x[last - 1] - x[first])
+    for k in np.argsort(-rise, kind="stable")[: np.count_nonzero(rise > MIN_RISE * np.ptp(y))].tolist():
+        error = float(long_run(noise, int(size[k])) / squares[k]) ** 0.5
+        yield StraightPart(first=int(first[k]), last=int(last[k]), slope=float(slope[k]), error=error)
 
 
 def _edges(x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -73,10 +73,10 @@ def infer_fields(names: Sequence[str], speeds: Mapping[str, float]) -> tuple[dic
     if len(parts) < 2:
         return {}, ""
     columns = list(zip(*(each.texts for each in parts.values())))
-    decided = _decided(columns, [speeds.get(name, np.nan) for name in parts])
+    decided, counting = _decided(columns, [speeds.get(name, np.nan) for name in parts])
     titles = [decided.get(k, f"field_{k + 1}") for k in range(len(columns))]
     fields = {name: dict(zip(titles, each.texts)) for name, each in parts.items()}
-    return fields, _note(titles, columns, list(parts.values()))
+    return fields, _note(titles, columns, list(parts.values()), counting)
 
 
 def _cut(names: Sequence[str]) -> dict[str, Parts]:
@@ -118,15 +118,16 @@ def _kind(text: str) -> str:
     return "1" if re.fullmatch(r"[+-]?\d+(\.\d+)?", text) else "w"
 
 
-def _decided(columns: list[tuple[str, ...]], speeds: list[float]) -> dict[int, str]:
-    """Field number -> its name, for those that the values decide."""
+def _decided(columns: list[tuple[str, ...]], speeds: list[float]) -> tuple[dict[int, str], list[int]]:
+    """Field number -> its name, for those that the values decide; and the numbers of the fields that count, of which
+    one alone is the repeat."""
     dates = [k for k, column in enumerate(columns) if all(_kind(text) == "d" for text in column)]
     found = {dates[0]: "date"} if len(dates) == 1 else {}
     rates = [(k, unit) for k, column in enumerate(columns) for unit in _speed_unit(_numbers(column), speeds)]
     found |= {k: f"speed_{unit}" for k, unit in rates} if len(rates) == 1 else {}
     rest = [k for k in range(len(columns)) if k not in dates]
     counting = [k for k in rest if k not in found and _counts(columns, k, rest)]
-    return found | ({counting[0]: "repeat"} if len(counting) == 1 else {})
+    return found | ({counting[0]: "repeat"} if len(counting) == 1 else {}), counting
 
 
 def _numbers(column: Sequence[str]) -> np.ndarray | None:
@@ -168,7 +169,7 @@ def _counts(columns: list[tuple[str, ...]], field: int, rest: list[int]) -> bool
     return distinct and 2 * sum(map(len, several)) > len(values)
 
 
-def _note(titles: list[str], columns: list[tuple[str, ...]], parts: list[Parts]) -> str:
+def _note(titles: list[str], columns: list[tuple[str, ...]], parts: list[Parts], counting: list[int]) -> str:
     """What was decided, what was not with examples, and the option that names the fields."""
     known = [title for title in titles if not title.startswith("field_")]
     undecided = [
@@ -178,6 +179,11 @@ def _note(titles: list[str], columns: list[tuple[str, ...]], parts: list[Parts])
     pattern = "".join(f"{separator}{{{title}}}" for separator, title in zip(between, titles))
     text = f"The fields of the file names were decided by their values: {', '.join(known) or 'none'}."
     text += f" Not decided: {', '.join(undecided)}." if undecided else ""
+    if len(counting) > 1:
+        last = titles[counting[-1]]
+        pattern = pattern.replace(f"{{{last}}}", "{repeat}")
+        text += f" Several fields count: if {last} is the number of the repeat, give --pattern '{pattern}'."
+        return f"{text} The other fields may have your own names in it."
     return f"{text} To name them, give --pattern '{pattern}' with your own names."
 
 

@@ -4,6 +4,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from ..display.page import Page, Section, note, section
 from ..display.quantities import counted, quantity
 from ..identification.estimates import Estimate
 from ..identification.report.tables import MAIN_PARAMETERS
-from ..identification.report.words import quantity_name, status_name
+from ..identification.report.words import quantity_name, sentence, status_name
 from ..identification.statistics.noise import INTERVAL
 from .recording_result import RecordingResult, Trace
 from .result import Campaign, Condition, quality_cells
@@ -25,8 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 COLOURS = ("#0072b2", "#a3428a", "#00735c", "#6a4fb3")  # of anomalies, as in campaign.css
-MAX_LINKS = 6  # to recordings, for one reason in a caption
-SECTIONS = {"conditions": "Conditions", "figures": "Repeats and models", "recordings": "Recordings", "notes": "Notes"}
+MAX_LINKS = 6  # to recordings, for one reason
+SECTIONS = {"conditions": "Conditions", "figures": "Repeats and models", "recordings": "Recordings",
+            "reasons": "Reasons", "notes": "Notes"}  # fmt: skip
 USED = "repeats used"
 UNITS = {"mm_s": "mm/s", "m_s": "m/s", "mm": "mm", "deg": "°", "N": "N", "Hz": "Hz", "s": "s"}  # ends of field names
 _CLASS = "cards dense wrap"
@@ -40,25 +42,29 @@ AXIS_MARGIN = 0.04  # of the range, above and below the curves
 def campaign_page(campaign: Campaign) -> Page:
     """The report."""
     recordings = counted(len(campaign.recordings), "recording")
-    numbers = {one.file: k for k, one in enumerate(campaign.recordings, 1)}
     return Page(
         title=f"Needle force: {recordings} under {counted(len(campaign.conditions), 'condition')}",
         kind="campaign",
         outcome=_outcome(campaign),
-        sections=_sections(campaign, numbers),
+        sections=_sections(campaign),
         note=_counts_note(campaign),
         style="campaign.css",
     )
 
 
-def _sections(campaign: Campaign, numbers: dict[str, int]) -> list[Section | None]:
-    """The sections; ``numbers`` are those of the recordings by file."""
+def _sections(campaign: Campaign) -> list[Section | None]:
+    """The sections; recordings and reasons are numbered."""
     conditions = campaign.conditions
+    numbers = {one.file: k for k, one in enumerate(campaign.recordings, 1)}
+    files = _by_reason(campaign.recordings)
+    reasons = {reason: k for k, reason in enumerate(files, 1)}
+    listed = (_listed(reasons[reason], reason, each, numbers) for reason, each in files.items())
     table = (condition_table(conditions), _shared(conditions)) if conditions else ()
     return [
         section(SECTIONS["conditions"], *table, name="conditions"),
-        section(SECTIONS["figures"], *_figures(conditions, numbers), name="figures"),
-        section(SECTIONS["recordings"], recording_table(campaign, numbers), name="recordings"),
+        section(SECTIONS["figures"], *_figures(conditions, numbers, reasons), name="figures"),
+        section(SECTIONS["recordings"], recording_table(campaign, numbers, reasons), name="recordings"),
+        section(SECTIONS["reasons"], listing(listed, class_="reasons"), name="reasons"),
         section(SECTIONS["notes"], listing(campaign.all_notes), name="notes"),
     ]
 
@@ -102,7 +108,7 @@ def field_name(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _figures(conditions: Sequence[Condition], numbers: dict[str, int]) -> tuple:
+def _figures(conditions: Sequence[Condition], numbers: dict[str, int], reasons: dict[str, int]) -> tuple:
     """A key, and the panels in a grid as wide as the page."""
     if not conditions:
         return ()
@@ -110,16 +116,21 @@ def _figures(conditions: Sequence[Condition], numbers: dict[str, int]) -> tuple:
     key = [element("b", "Repeats", class_="measured"), " thin and grey, ", element("b", "pooled model", class_="model"),
            " thick and orange. Anomalous repeats have other colours and are dashed if left out of the pooled fit. "
            "All panels have the same axes unless stated otherwise. Titles are the fields of the table."]  # fmt: skip
-    every = (_figure(k, each, fields, scale, numbers) for k, each in enumerate(conditions, 1))
+    every = (_figure(k, each, fields, scale, numbers, reasons) for k, each in enumerate(conditions, 1))
     return note(join(key), "note before"), element("div", *every, class_="multiples")
 
 
 def _figure(
-    number: int, condition: Condition, fields: list[str], shared_axes: "Scale", numbers: dict[str, int]
+    number: int,
+    condition: Condition,
+    fields: list[str],
+    shared_axes: "Scale",
+    numbers: dict[str, int],
+    reasons: dict[str, int],
 ) -> Markup:
-    """The panel of one condition, with its caption."""
-    reasons = _reasons(condition)
-    colours = {file: k % len(COLOURS) for k, files in enumerate(reasons.values()) for file in files}
+    """The panel of one condition, with its caption; ``reasons`` have their numbers."""
+    own_reasons = _by_reason(condition.recordings)
+    colours = {file: k % len(COLOURS) for k, files in enumerate(own_reasons.values()) for file in files}
     own = scale_of(condition, shared_axes)
     name = (
         "\N{NO-BREAK SPACE}· ".join(condition.fields[each] for each in fields if each in condition.fields)
@@ -127,10 +138,13 @@ def _figure(
     )
     used = f"{len(condition.pooled)} of {len(condition.recordings)} repeats used"
     used += "; different axes" if own != shared_axes else ""
-    used += f". {condition.why}" if condition.why else ""
+    used += f". {condition.why}" if condition.why and not own_reasons else ""
     off = [numbers[one.file] for one in condition.recordings if one.shown is not None and not own.holds(one.shown)]
     used += f". Outside the axes: no. {', '.join(map(str, off))}" if off else ""
-    listed = (_reason(k % len(COLOURS), why, files, numbers) for k, (why, files) in enumerate(reasons.items()))
+    listed = (
+        join([element("b", *_links(files, numbers), class_=f"c{k % len(COLOURS)}"), ": ", _link(reasons[reason])])
+        for k, (reason, files) in enumerate(own_reasons.items())
+    )
     caption = element("figcaption", element("p", used), listing(listed, class_="reasons"))
     draw = partial(draw_panel, condition=condition, scale=own, colours=colours)
     image = svg(
@@ -139,20 +153,37 @@ def _figure(
     return element("figure", element("h3", f"{number}  {name}"), image, caption, id=f"condition-{number}")
 
 
-def _reasons(condition: Condition) -> dict[str, list[str]]:
-    """Each reason, anomaly or missing result, with the recordings to which it applies."""
+def _by_reason(recordings: Iterable[RecordingResult]) -> dict[str, list[str]]:
+    """Each reason, with the recordings to which it applies."""
     found: dict[str, list[str]] = {}
-    for one in condition.recordings:
-        if one.anomalies or not one.has_parameters:
-            found.setdefault(one.why, []).append(one.file)
+    for one in recordings:
+        if reason := _reason(one):
+            found.setdefault(reason, []).append(one.file)
     return found
 
 
-def _reason(colour: int, why: str, files: list[str], numbers: dict[str, int]) -> Markup:
-    """A reason with links to its recordings, in the colour of their curves."""
+def _reason(one: RecordingResult) -> str:
+    """Why a recording is anomalous or has no parameters, in words that do not name it: equal ones are stated once."""
+    name = Path(one.file)
+    return one.why.replace(f"{name}: ", "").replace(f"{name.name}: ", "").replace(f"'{name.stem}'", "its name")
+
+
+def _link(reason: int) -> Markup:
+    """A link to a reason by its number."""
+    return element("a", f"reason {reason}", href=f"#reason-{reason}")
+
+
+def _links(files: list[str], numbers: dict[str, int]) -> tuple[object, ...]:
+    """Links to recordings by their numbers."""
     links = [element("a", numbers[file], href=f"#recording-{numbers[file]}") for file in files[:MAX_LINKS]]
-    more = f" and {len(files) - MAX_LINKS} more" if len(files) > MAX_LINKS else ""
-    return join([element("b", "No. ", join(links, ", "), more, class_=f"c{colour}"), f": {why}"])
+    return "No. ", join(links, ", "), f" and {len(files) - MAX_LINKS} more" if len(files) > MAX_LINKS else ""
+
+
+def _listed(number: int, reason: str, files: list[str], numbers: dict[str, int]) -> Markup:
+    """A reason with its number and its recordings."""
+    return element(
+        "span", element("b", f"{number}."), f" {sentence(reason)} ", *_links(files, numbers), id=f"reason-{number}"
+    )
 
 
 def varying(conditions: Sequence[Condition]) -> list[str]:
@@ -194,21 +225,23 @@ def _value(estimate: Estimate) -> str:
     return text.replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")
 
 
-def recording_table(campaign: Campaign, numbers: dict[str, int]) -> Markup:
-    """Every recording: number, file, condition, status, whether it is in the pooled fit, and its anomalies."""
+def recording_table(campaign: Campaign, numbers: dict[str, int], reasons: dict[str, int]) -> Markup:
+    """Every recording: number, file, condition, status, whether it is in the pooled fit, and the number of the reason
+    for an anomaly or for missing parameters."""
     condition_of = {one.file: k for k, condition in enumerate(campaign.conditions, 1) for one in condition.recordings}
-    rows = (_recording(one, numbers[one.file], condition_of.get(one.file, "none")) for one in campaign.recordings)
-    return table(
-        ("no.", "file", "condition", "status", "used", "anomalies and notes"), rows, class_=f"{_CLASS} recordings"
+    rows = (
+        _recording(one, numbers[one.file], condition_of.get(one.file, "none"), reasons.get(_reason(one)))
+        for one in campaign.recordings
     )
+    return table(("no.", "file", "condition", "status", "used", "reason"), rows, class_=f"{_CLASS} recordings")
 
 
-def _recording(one: RecordingResult, number: int, condition: object) -> tuple:
+def _recording(one: RecordingResult, number: int, condition: object, reason: int | None) -> tuple:
     """The row of one recording."""
     status = status_name(one.status).split(":")[0]
     name = element("span", one.file, class_="file", id=f"recording-{number}")
     used = "yes" if one.pooled else element("em", "left out" if one.left_out else "no")
-    return number, name, condition, status, used, join([one.why])
+    return number, name, condition, status, used, _link(reason) if reason else ""
 
 
 @dataclass(frozen=True)

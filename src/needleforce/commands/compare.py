@@ -17,7 +17,6 @@ from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table,
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
 
-NAME = "compare"
 MODELS_HELP = (
     "Names of models, separated by commas; or all: each loading curve once, and the models of layers (some seconds "
     f"each for four recordings). {MODEL_NAMES}"
@@ -65,11 +64,15 @@ def names_of(models: str) -> list[str]:
 
 
 def _show(rows: "Sequence[ModelRow]", quiet: bool) -> None:
+    from ..display.quantities import DASH
     from ..identification.comparison import MODELS, floor_words, model_rows
 
     if quiet:
         return
-    table("models, best first; ÷: error relative to the mean of the other repeats", MODELS, model_rows(rows))
+    cells = model_rows(rows)
+    known = [k for k in range(len(MODELS)) if any(row[k] not in ("", DASH) for row in cells)]
+    heads, shown = [MODELS[k] for k in known], [[row[k] for k in known] for row in cells]
+    table("models, best first; ÷: error relative to the mean of the other repeats", heads, shown)
     say(floor_words(rows))
     for row in rows:
         for sentence in row.notes:

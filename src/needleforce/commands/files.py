@@ -1,19 +1,24 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading of the files of a command: an unreadable file is reported and left out, as is a recording with invalid values
-if others remain."""
+if others remain. On a terminal the user is asked for columns and units that a file does not state."""
 
+import re
+import sys
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .output import progress, say
+from .output import progress, say, table
 
 if TYPE_CHECKING:
     from ..campaign import Anomaly
     from ..recording import Recording
+    from ..recording.look import ColumnLook
     from ..recording.reader import RecordingFile
 
 PRESET_HELP = "Model: name of a preset, a preset file (TOML), or the JSON of a fit."
@@ -53,6 +58,75 @@ def _read(opened: "RecordingFile", part: str | int | None) -> "Recording | Input
         return opened.read(part)[0]
     except InputError as error:
         return error
+
+
+def read_or_ask(
+    files: Sequence[Path], reading: ReadOptions, motion: Sequence[Path] = ()
+) -> tuple[ReadFiles, ReadOptions]:
+    """As ``read_all``, with the options that were used. On a terminal, for standard input and output, the user is asked
+    for the columns and units that a file lacks; elsewhere its error stands."""
+    done = read_all(files, reading, motion)
+    lacking = [(file, each) for file, each in done if isinstance(each, InputError) and _OPTION.search(each.next_step)]
+    if not lacking or not (sys.stdin.isatty() and sys.stdout.isatty()):
+        return done, reading
+    from ..recording.look import option_words
+
+    chosen = _ask(*lacking[0], reading)
+    if chosen is None:
+        return done, reading
+    say(f"The same without questions: {' '.join(option_words(replace(ReadOptions(), **chosen)))}")
+    reading = replace(reading, **chosen)
+    return read_all(files, reading, motion), reading
+
+
+def _ask(file: Path, problem: InputError, reading: ReadOptions) -> dict[str, Any] | None:
+    """Columns, units and rate that the user chooses from the columns of a file; None if these cannot be shown."""
+    from ..recording.reader import read_file
+
+    look = read_file(file, replace(reading, dry_run=True))
+    say(f"{problem.place}: {problem.quantity}")
+    columns, units, count = dict(reading.columns or {}), dict(reading.units or {}), len(look.columns)
+    if not count:
+        return None
+    for title, headers, rows in look.tables():
+        if title == "columns":
+            table(title, headers, rows)
+    likely = dict(re.findall(r"--column '?(\w+)=(\d+)", problem.next_step))
+    for quantity, usual in (("time", "s"), ("depth", "mm"), ("force", "N")):
+        known = next((k for k, each in enumerate(look.columns, 1) if each.quantity == quantity), None)
+        none = " (0 if there is none)" if quantity == "time" else ""
+        number = _number(f"Column of the {quantity}{none}", known or likely.get(quantity), 0 if none else 1, count)
+        if number:
+            columns[quantity], units[quantity] = number, _unit(quantity, look.columns[number - 1], usual)
+    rate = None if "time" in columns else _number("Samples a second", None, 1, 10**6)
+    if not typer.confirm("Is the force positive while the needle goes in?", default=True):
+        units["force"] = f"-{units['force'].lstrip('-')}"
+    return {"columns": {q: str(each) for q, each in columns.items()}, "units": units} | ({"rate": rate} if rate else {})
+
+
+def _number(question: str, default: Any, low: int, high: int) -> int:
+    """A whole number from ``low`` to ``high``; the question is asked until it is answered with one."""
+    while not low <= (answer := typer.prompt(question, default=default and int(default), type=int)) <= high:
+        say(f"{low} to {high}, please")
+    return answer
+
+
+def _unit(quantity: str, column: "ColumnLook", usual: str) -> str:
+    """The unit of a column; the question is asked until the answer is a unit."""
+    from ..recording.quantities import dimension
+    from ..units import parse
+
+    while True:
+        answer = typer.prompt(f"Unit of the {quantity}", default=column.unit or usual)
+        try:
+            parse(answer, dimension(quantity), quantity)
+        except InputError as error:
+            say(f"{error.quantity} is {error.value}, {error.limit}")
+        else:
+            return answer
+
+
+_OPTION = re.compile(r"--(column|unit) (?!motion\.)")  # of an error that the choice of columns answers
 
 
 def readable(done: ReadFiles) -> list["Recording"]:

@@ -1,9 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
 """The flags of a command: a parameter that is a ``Struct`` stands for its fields, and ``ReadOptions`` for the flags by
-which every command reads files."""
+which every command reads files; and what the shell completes after them."""
 
+import glob
 import inspect
+import os
+import re
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from functools import wraps
 from typing import Annotated, Any
 
@@ -12,7 +16,7 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import Flag, ReadOptions, flags
-from .output import pairs
+from .output import pairs, typed
 
 
 def takes_flags(*named: str, part: str | None = None) -> Callable[[Callable], Callable]:
@@ -28,6 +32,8 @@ def takes_flags(*named: str, part: str | None = None) -> Callable[[Callable], Ca
     def decorated(command: Callable) -> Callable:
         parameters = list(inspect.signature(command).parameters.values())
         shown = {each.name: each for each in _spread(parameters, of_reading.values())}
+        for name in COMPLETIONS.keys() & shown.keys():
+            shown[name].annotation.__metadata__[0].autocompletion = COMPLETIONS[name]
 
         @wraps(command)
         def run(**given: Any) -> None:
@@ -106,3 +112,38 @@ def _checked(reading: ReadOptions) -> ReadOptions:
     if reading.filter_length is not None and reading.filter_length < 1:
         raise InputError("--filter-length", reading.filter_length, "must be at least 1")
     return reading
+
+
+def _presets(incomplete: str) -> list[str]:
+    """Presets, and files that may hold a needle or a model."""
+    from ..preset_files import presets
+
+    files = [path + "/" if os.path.isdir(path) else path for path in glob.glob(f"{glob.escape(incomplete)}*")]
+    files = [path for path in files if path.endswith(("/", ".toml", ".json"))]
+    return [name for name in presets() if name.startswith(incomplete)] + files
+
+
+def _models(incomplete: str) -> list[str]:
+    """Names of models, the last of several with commas."""
+    from ..identification.models import IDENTIFIED
+
+    before, comma, last = incomplete.rpartition(",")
+    return [f"{before}{comma}{name}" for name in IDENTIFIED if name.startswith(last)]
+
+
+def _columns(incomplete: str) -> list[tuple[str, str]]:
+    """Quantities with a column of the file that was typed: its header, or its number where a shell would cut it."""
+    from ..recording.reader import read_file
+
+    files = [word for word in typed.arguments if os.path.isfile(word)]
+    with suppress(InputError, OSError):
+        found = enumerate(read_file(files[0], ReadOptions(dry_run=True)).columns if files else (), 1)
+        named = [(each.header if re.fullmatch(r"[\w./-]+", each.header) else str(k), each.header) for k, each in found]
+        pairs = [(f"{q}={name}", header) for q in ("time", "depth", "velocity", "force") for name, header in named]
+        return [pair for pair in pairs if pair[0].startswith(incomplete)]
+    return []
+
+
+COMPLETIONS = {"preset": _presets, "axial": _presets, "needle": _presets, "model": _models, "models": _models,
+               "columns": _columns}  # fmt: skip
+"""What the shell completes after the option of a parameter."""

@@ -10,7 +10,7 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import MACHINE_HELP, MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, screen_recordings
+from .files import MACHINE_HELP, MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, read_or_ask, screen_recordings
 from .flags import takes_flags
 from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table, write_file, write_json
 
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from ..identification.estimates import Estimate
     from ..identification.settings import LayeredSettings
 
-NAME = "identify"
 MODEL_NAMES = (
     "Names: paper (quadratic), cone_cylinder, power_law, okamura or simone (second-order polynomial), or maurin "
     "(exponential). cubic_foundation, hyperbolic_foundation or tanh_foundation: friction of a bent shaft, beyond the "
@@ -86,8 +85,9 @@ def identify_files(files: list[Path], given: IdentifyFlags, look: Callable[[Read
         check_draws_target(given.draws)
     body = needle_of(given.needle) if given.needle else None
     motion = given.motion[: len(files)] if given.second_pass else given.motion
-    done = screen_recordings(read_all(files, given.reading, motion))
-    seconds = read_all(given.second_pass, given.reading, given.motion[len(files) :])
+    done, reading = read_or_ask(files, given.reading, motion)
+    done = screen_recordings(done)
+    seconds = read_all(given.second_pass, reading, given.motion[len(files) :])
     _print_assumptions(done + seconds)
     if look is not None:
         look(done)

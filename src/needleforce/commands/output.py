@@ -6,9 +6,12 @@ import codecs
 import contextlib
 import json
 import os
+import re
+import shlex
 import sys
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -21,29 +24,93 @@ from ..files import atomic_write, checked_target, json_safe
 if TYPE_CHECKING:
     from ..acquisition.settings import Progress
 
+_NAME_WIDTH = 28  # of the longest name of a parameter or model
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
 _SIGNS = {"μ": "u", "±": "+-", "°": "deg", "–": "-", "−": "-", "·": "*", "÷": "/", "×": "x", "→": "->", "Δ": "d"}
 _TYPED = str.maketrans(_SIGNS | dict.fromkeys(map(chr, range(0x300, 0x370))))  # without accents
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
 
 
-def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a table on standard output; headings and cells are plain text, not markup."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
     made = Table(title=Text(printable(title)), title_justify="left", title_style="bold", header_style="bold")
-    for k, column in enumerate(columns):
-        made.add_column(Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default")
+    widest = max((len(str(row[0])) for row in rows), default=0)
+    for k, column in enumerate(columns):  # names are not broken where the terminal is narrow
+        names = {} if k else {"min_width": min(_NAME_WIDTH, widest)}
+        made.add_column(Text(printable(column)), overflow="fold", **names)
     for row in rows:
         made.add_row(*(Text(printable(str(cell))) for cell in row))
     Console(width=None if sys.stdout.isatty() else 160).print(made)
 
 
+class TypedCommand:
+    """What the user typed, from which a message that names options makes the command to paste."""
+
+    def begin(self, arguments: Sequence[str] = (), parameters: Sequence[Any] = ()) -> None:
+        """A command begins, with these arguments, of these parameters."""
+        self._options = {word: each for each in parameters for word in each.opts if word.startswith("--")}
+        split = (word.split("=", 1) if word.split("=")[0] in self._options else [word] for word in arguments)
+        self.arguments, self._proposed = [part for word in split for part in word], set[str]()
+
+    def proposals(self, text: str) -> Iterator[str]:
+        """The command with the options of ``text`` that have values, those together that no word separates; none is
+        proposed twice."""
+        for found in _OPTIONS.finditer(text) if self._options else ():
+            words = self._words(found[0])
+            command = shlex.join(["needleforce", *self._with(words)])
+            if words and command not in self._proposed:
+                self._proposed.add(command)
+                yield command
+
+    def _words(self, text: str) -> list[str]:
+        """Options of this command with their values, as words; none where one is of another command or has no value."""
+        words: list[str] = []
+        given = iter([each[0].rstrip(".,;:)") for each in re.finditer(r"'[^']*'|\S+", text)])
+        for word in (each for each in given if each.startswith("--")):
+            option = self._options.get(word)
+            value = "" if option is None or option.is_flag else next(given, "")
+            if option is None or (word in self.arguments if option.is_flag else not _is_value(word, value)):
+                return []
+            words += [word] if option.is_flag else [word, value.strip("'")]
+        return words
+
+    def _with(self, words: list[str]) -> list[str]:
+        """The arguments with further options, which replace the same ones, of the same quantity."""
+        kept = list(self.arguments)
+        for word, value in pairwise([*words, ""]):
+            option, quantity = self._options.get(word), value.partition("=")[0]
+            for k in reversed(range(len(kept) - 1 if option and not option.is_flag else 0)):
+                if kept[k] == word and (not option.multiple or kept[k + 1].partition("=")[0] == quantity):
+                    del kept[k : k + 2]
+        end = kept.index("--") if "--" in kept else len(kept)
+        return kept[:end] + words + kept[end:]
+
+
+def _is_value(option: str, word: str) -> bool:
+    """Whether what follows an option in a message is its value: neither a word of the sentence, nor a word for what
+    the user has, nor a file to write, whose name a header may hold."""
+    shown = word in _CHOICES or re.search(r"['=./\d]", word) is not None
+    return shown and not _PLACEHOLDER.search(word) and (option not in _WRITING or word == "report.html")
+
+
+_OPTIONS = re.compile(r"--[a-z][\w-]*(?: (?:'[^']*'|(?!--)\S+))?(?: --[a-z][\w-]*(?: (?:'[^']*'|(?!--)\S+))?)*")
+_PLACEHOLDER = re.compile(r"\b(NAME|FILE|UNIT|TOPIC|JOINT|HOST)\b")
+_CHOICES = ("increasing", "decreasing")  # values that are plain words
+_WRITING = ("--json", "--report", "--save", "--csv", "--draws", "--table", "--figure", "--output", "--out", "--state")
+typed = TypedCommand()
+typed.begin()
+
+
 def say(text: str) -> None:
-    """Print a message on standard error."""
+    """Print a message on standard error; if it names options of the command, the whole command to paste with each, but
+    for an assumption: the option it names reverses it."""
     print(printable(text), file=sys.stderr)
+    for command in () if text.startswith("assumed: ") else typed.proposals(text):
+        print(f"  {printable(command)}", file=sys.stderr)
 
 
 def show(text: str) -> None:

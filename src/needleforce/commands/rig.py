@@ -13,8 +13,6 @@ from ..wire.net_ft import PORT as SENSOR_PORT
 from .files import PRESET_HELP
 from .flags import takes_flags
 
-NAME = "rig"
-
 
 class RigFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``rig``."""
@@ -30,7 +28,7 @@ class RigFlags(msgspec.Struct, frozen=True, kw_only=True):
     filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter, at 1 kHz.")] = 10
     fault: Annotated[
         list[str] | None,
-        typer.Option(help="Fault to simulate, such as lost=0.05; may be repeated (list: docs/howto/rig.md)."),
+        typer.Option(help="Fault to simulate, such as lost=0.05; may be repeated (list: docs/reference/rig.md)."),
     ] = None
     duration_s: Annotated[
         float | None, typer.Option(min=0.0, help="End after this time; default: run until Ctrl-C.")

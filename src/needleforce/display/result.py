@@ -4,7 +4,7 @@
 import json
 import os
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -57,6 +57,15 @@ class Printed:
         return Markup(visible(shown))
 
 
+def with_drawing(shown: Markup, draw: Callable) -> Markup:
+    """What a notebook shows, and below it the drawing ``draw(figure, sheet)``."""
+    from .canvas import WITH_SIDE_CAPTION, svg
+    from .page import script
+
+    drawing = svg("notebook", draw, WITH_SIDE_CAPTION, 230.0, "The values are in the table.")
+    return join([shown, element("div", drawing, style="max-width: 36em; background: white"), script()])
+
+
 class Result(Printed):
     """What an identification, a test, a plan or a campaign found.
 
@@ -102,11 +111,7 @@ class Result(Printed):
             axes.legend(frameon=False)
 
     def _repr_html_(self) -> Markup:
-        from .canvas import FULL, svg
-        from .page import script
-
-        drawing = svg("notebook", self._draw_sheet, FULL, 300.0, "The values are in the table.")
-        return join([super()._repr_html_(), element("div", drawing, style="max-width: 60em"), script()])
+        return with_drawing(super()._repr_html_(), self._draw_sheet)
 
     def plot(self, axes: Any = None) -> Any:
         """Draw the result.

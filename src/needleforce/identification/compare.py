@@ -185,13 +185,15 @@ def _identified(
     grown: dict,
     progress: Progress | None = None,
 ) -> Fit:
-    """The fit of one model. The layered ones share ``grown``, the search in the form from which all of them start."""
+    """The fit of one model. The layered ones share ``grown``, the search in the form from which all of them start, and
+    what was fitted to each insertion."""
     if law is not None:
         return assemble(given, singles, [], law, ())
     if name == GRADUAL_LAYERS:
+        from .layered.insertion_fit import InsertionFits
         from .layered.insertion_layers import identify_insertion_layers
 
-        return identify_insertion_layers(singles, given, None)
+        return identify_insertion_layers(singles, given, None, grown.setdefault(GRADUAL_LAYERS, InsertionFits()))
     from .layered.identify import identify_layered
 
     return identify_layered(singles, name, given, None, progress=progress, grown=grown)

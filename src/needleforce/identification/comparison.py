@@ -10,12 +10,29 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..display.canvas import INK, MEASURED, MODEL, ON_WHITE, QUIET, SECOND, SLATE, TEXT, Sheet, panels
+from ..display.axes import DEPTH, FORCE
+from ..display.canvas import (
+    INK,
+    MEASURED,
+    MODEL,
+    ON_WHITE,
+    QUIET,
+    SECOND,
+    SLATE,
+    TEXT,
+    THICK,
+    THIN,
+    Labels,
+    Sheet,
+    axis_names,
+    line,
+    panels,
+)
 from ..display.markup import Markup, element, join, listing, table
 from ..display.page import Figure, Page, definitions, section
-from ..display.quantities import DASH, counted, plain
+from ..display.quantities import DASH, counted, percent, plain
 from ..display.result import Result
-from .cross_validation import DEPTH_TOLERANCE, MIN_OTHERS, SPEED_TOLERANCE, CrossValidation
+from .cross_validation import DEPTH_TOLERANCE, MIN_OTHERS, SPEED_TOLERANCE, CrossValidation, HeldOut
 from .report.words import file_name
 
 if TYPE_CHECKING:
@@ -126,7 +143,7 @@ class Comparison(Result, tuple[ModelRow, ...]):
         best = min((row.evidence for row in self if np.isfinite(row.evidence)), default=np.nan)
         rows = [
             (
-                row.model, plain(row.prediction, "1"), plain(row.replay, "1"), plain(row.nrmse, "1"),
+                row.model, plain(row.prediction, "1"), plain(row.replay, "1"), percent(row.nrmse),
                 f"+{row.evidence - best:.1f}" if row.evidence > best else "lowest" if row.evidence == best else DASH,
                 str(row.parameters), _verdict(k, row),
             )
@@ -148,8 +165,11 @@ class Comparison(Result, tuple[ModelRow, ...]):
         return "error on held-out repeats over the repeatability floor [1]", ""
 
     def document(self) -> list[dict]:
-        """A dict for each model."""
-        return [asdict(row) for row in self]
+        """A dict for each model, without the curves of the repeat that the page shows."""
+        found = [asdict(row) for row in self]
+        for each in found:
+            (each["cross_validation"] or {}).pop("shown", None)
+        return found
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame with a row for each model and the fields of ``ModelRow`` as columns."""
@@ -168,7 +188,7 @@ class Comparison(Result, tuple[ModelRow, ...]):
             outcome=_outcome(self),
             sections=[
                 section("Models", _model_table(self), name="models"),
-                section("Held-out repeats", _figure(self), name="cross-validation"),
+                section("Held-out repeats", _figure(self), _held_out(self), name="cross-validation"),
                 section("Columns of the table", definitions(MEANINGS.items()), name="meanings"),
                 section("Recordings", listing(file_name(str(file)) for file in files), name="recordings"),
             ],
@@ -245,6 +265,39 @@ def _figure(rows: Sequence[ModelRow]) -> Figure | str:
         caption=join([*kinds, key]),
         alt="Error on each held-out repeat over the floor. The values are in the table of this page.",
     )
+
+
+def _held_out(rows: Sequence[ModelRow]) -> Figure | str:
+    """The curve of one held-out repeat with what the others predict; empty without a floor."""
+    shown = rows[0].cross_validation.shown if rows[0].cross_validation is not None else None
+    if shown is None:
+        return ""
+    measured, model = element("b", "Measured", class_="measured"), element("b", rows[0].model, class_="model")
+    key = (
+        measured,
+        " thin and grey; ",
+        model,
+        ", fitted to the other repeats only; ",
+        element("b", FLOOR, class_="replay"),
+    )
+    caption = join([*key, f". {file_name(shown.file)}, whose floor is the median of all repeats."])
+    title, alt = "A held-out repeat", "Force over depth of a held-out repeat, measured and predicted."
+    draw = partial(draw_held_out, shown=shown, model=rows[0].model)
+    return Figure(name="held-out", draw=draw, heights=(280.0, 240.0), caption=caption, alt=alt, title=title)
+
+
+def draw_held_out(figure: "Drawing", sheet: Sheet, shown: HeldOut, model: str) -> None:
+    """Measured force over depth of a repeat, the mean of the others and the prediction of a model."""
+    axes = panels(figure, sheet)[0, 0]
+    kinds = ("measured", shown.measured, MEASURED, THIN), (FLOOR, shown.others, SECOND, THIN)
+    curves = []
+    for name, force, colour, width in (*kinds, (model, shown.predicted, MODEL, THICK)):
+        curves.append(line(axes, 1e3 * shown.depth, force, sheet.columns // 2, color=colour, lw=width, label=name))
+    axes.axhline(0.0, color=QUIET, lw=0.6)
+    axis_names(axes, DEPTH, FORCE)
+    labels = Labels(axes, curves)
+    for name, curve, colour in zip(("measured", FLOOR, model), curves, (SLATE, SECOND, MODEL)):
+        labels.on(name, *curve, colour)
 
 
 def model_rows(rows: Sequence[ModelRow]) -> list[tuple[str, ...]]:

@@ -18,6 +18,18 @@ SPEED_TOLERANCE = 0.15  # [of the mean speed of the insertion]
 MIN_OTHERS = 2  # repeats of the same motion, for a mean
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HeldOut:
+    """One repeat and what the others say of it: samples (n,) of depth [m] and of the force [N] that was measured, that
+    a fit to the others predicts, and the mean of the others."""
+
+    file: str
+    depth: np.ndarray
+    measured: np.ndarray
+    predicted: np.ndarray
+    others: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class CrossValidation:
     """Rms errors on held-out repeats over the peak force.
@@ -33,12 +45,15 @@ class CrossValidation:
         The same of the mean of the other repeats, the repeatability floor.
     refused : tuple of str
         A sentence with the reason for each repeat that the model cannot predict.
+    shown : HeldOut or None
+        The repeat whose floor is the median, if the model predicts it.
     """
 
     prediction: np.ndarray
     replay: np.ndarray
     floor: np.ndarray
     refused: tuple[str, ...] = ()
+    shown: HeldOut | None = None
 
     def over_floor(self, errors: np.ndarray) -> np.ndarray:
         """Rms of the errors divided by that of the floor, (4,), over the repeats that have both."""
@@ -77,9 +92,18 @@ def cross_validate(
     usable = [single for single in singles if single.events.contact is not None]
     cycles = [measured_cycle(single) for single in usable]
     refused: list[str] = []
-    rows = [_left_out(usable, cycles, k, identified, refused) for k in watched(list(range(len(usable))))]
-    prediction, replay, floor = np.array(rows).reshape(len(rows), 3, 4).transpose(1, 0, 2)
-    return CrossValidation(prediction, replay, floor, tuple(refused))
+    means = [mean_of_others(cycles, k) for k in range(len(usable))]
+    floors = np.array([cycle.errors(mean) for cycle, mean in zip(cycles, means)]).reshape(len(usable), 4)
+    rows, drawn = [], np.argsort(floors[:, 0])[(np.isfinite(floors[:, 0]).sum() - 1) // 2] if len(usable) else 0
+    shown = None
+    for k in watched(list(range(len(usable)))):
+        forces = _predicted(usable, cycles[k], k, identified, refused)
+        rows.append([cycles[k].errors(force) for force in forces])
+        if k == drawn and np.isfinite([forces[0], means[k]]).all():
+            one = {"depth": cycles[k].depth, "measured": cycles[k].force, "predicted": forces[0], "others": means[k]}
+            shown = HeldOut(file=usable[k].recording.card.source, **one)
+    prediction, replay = np.array(rows).reshape(len(rows), 2, 4).transpose(1, 0, 2)
+    return CrossValidation(prediction, replay, floors, tuple(refused), shown)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -111,28 +135,27 @@ class MeasuredCycle:
         return np.sqrt([part.mean() if len(part) else np.nan for part in (squares, *parts)])
 
 
-def _left_out(
+def _predicted(
     usable: list[SegmentedRecording],
-    cycles: list[MeasuredCycle],
+    cycle: MeasuredCycle,
     k: int,
     identified: Callable[[list[SegmentedRecording]], Fit],
     refused: list[str],
 ) -> list[np.ndarray]:
-    """Errors on one repeat: predicted, replayed, and of the mean of the others; the reason for a missing prediction is
-    added to ``refused``."""
+    """Forces (n,) [N] of a cycle as predicted and as replayed, NaN without a prediction, whose reason is added to
+    ``refused``."""
     others = identified(usable[:k] + usable[k + 1 :]) if len(usable) > 1 else None
-    floor = cycles[k].errors(mean_of_others(cycles, k))
     if others is None or others.identified_model is None:
-        return [np.full(4, np.nan), np.full(4, np.nan), floor]
-    left, cycle = usable[k], cycles[k]
+        return [np.full(len(cycle.force), np.nan)] * 2
+    left = usable[k]
     # a replay uses the punctures of the repeat, but neither its contact nor its exit
     events = dataclasses.replace(left.events, contact=None, exit=None)
     try:
         forces = others.predict(left.recording), others.predict(left.recording, events=events)
     except InputError as error:
         refused.append(f"{left.recording.card.source}: the fit to the other repeats does not predict it: {error}")
-        return [np.full(4, np.nan), np.full(4, np.nan), floor]
-    return [*(cycle.errors(force[cycle.span]) for force in forces), floor]
+        return [np.full(len(cycle.force), np.nan)] * 2
+    return [force[cycle.span] for force in forces]
 
 
 def measured_cycle(single: SegmentedRecording) -> MeasuredCycle:

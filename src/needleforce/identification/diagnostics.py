@@ -86,6 +86,17 @@ def reference_of(singles: list[SegmentedRecording]) -> str:
     return f"identified by needleforce from {sources}" + (" ..." if len(singles) > 3 else "")
 
 
+def unfitted(single: SegmentedRecording) -> RecordingFit:
+    """One recording as it was segmented, without parameters."""
+    return RecordingFit(
+        file=single.recording.place,
+        status=single.status,
+        recording=single.recording,
+        events=single.events,
+        notes=single.notes + tuple(note.message for note in single.recording.notes),
+    )
+
+
 def recording_fit(
     single: SegmentedRecording, own: dict[str, Estimate], law: str, needle: Needle | None, refused: str
 ) -> RecordingFit:
@@ -96,14 +107,7 @@ def recording_fit(
         *((refused,) if refused else ()),
         *(note.message for note in single.recording.notes),
     )
-    base = RecordingFit(
-        file=single.recording.place,
-        status=single.status,
-        recording=single.recording,
-        events=single.events,
-        parameters=own,
-        notes=notes,
-    )
+    base = dataclasses.replace(unfitted(single), parameters=own, notes=notes)
     if not own:
         return base
     base = dataclasses.replace(base, cycle=single.fits[law], strokes=single.strokes)

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Identified quantities with their intervals, and the mean over repeats with the scatter between them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, asdict, dataclass, replace
 from itertools import combinations
 from math import isfinite, isnan, nan, sqrt
@@ -77,8 +77,11 @@ class Estimate:
         share = sum(self.systematic) / (self.high - self.low) if self.high > self.low else 0.0
         return "most" if share > 0.5 else "part" if share >= MIN_SHOWN_SHARE else ""
 
+    def __str__(self) -> str:
+        return f"{self.name}: {self.shown}{'' if self.identifiable else ', not identifiable'}"
+
     def __repr__(self) -> str:
-        return f"<Estimate {self.name}: {self.shown}{'' if self.identifiable else ', not identifiable'}>"
+        return f"<Estimate {self}>"
 
     def document(self) -> dict:
         """The fields, and ``random``, as tables and JSON have them."""
@@ -228,6 +231,14 @@ def is_meaningful(name: str, low: float, high: float, *, force: float, depth: fl
     if name in ("cutting_force", "force_offset"):
         return low > 0.0 or half < MAX_FORCE_SHARE * force
     return low > 0.0 or name in WITH_OWN_RULE
+
+
+def not_identifiable(parameters: Mapping[str, Estimate], names: Iterable[str]) -> dict[str, Estimate]:
+    """The parameters, those with these ``names`` as not identifiable."""
+    return {
+        **parameters,
+        **{name: replace(parameters[name], identifiable=False) for name in names if name in parameters},
+    }
 
 
 def pool(own: list[dict[str, Estimate]]) -> dict[str, Estimate]:

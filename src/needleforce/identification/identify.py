@@ -24,7 +24,7 @@ from .diagnostics import (
     unknown,
     warnings_of,
 )
-from .estimates import Estimate, identified_together, pool
+from .estimates import Estimate, identified_together, not_identifiable, pool
 from .model_choice import (
     choice_of,
     cycle_evidence,
@@ -61,7 +61,7 @@ from .one_layer.model_errors import with_misfit_below, with_shared_readings
 from .one_layer.puncture_force import puncture_match
 from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .repeats import paired
-from .result import Fit
+from .result import Fit, with_not_identifiable
 from .strokes import presliding_of
 
 Progress = Callable[[Any, str], Any]
@@ -77,7 +77,7 @@ LAYERED_BY_DEFAULT = (
 LAYERED_WITHOUT_PUNCTURE = (
     "The model is layered_yielding: the recordings lack a puncture, a fall of the force beyond noise and texture, "
     "which a model of one layer needs, but the tissue holds the needle in the withdrawal. Rupture depths are by the "
-    "whole cycle; there is no measured puncture force."
+    "whole cycle and its law: they are not identified, nor what is behind them."
 )
 LAYERS_BY_PUNCTURES = (
     f"The model is {GRADUAL_LAYERS}: there is more than one puncture and no withdrawal, and no model of one layer "
@@ -241,17 +241,10 @@ def _with_layers(
     if layered.identified_model is None:
         return fit
     layered = with_one_layer_parameters(layered, fit)
-    if fit.identified_model is None:
-        reason = LAYERED_BY_DEFAULT if punctured else LAYERED_WITHOUT_PUNCTURE
-        return dataclasses.replace(layered, warnings=(reason, *layered.warnings))
-    evidence = cycle_evidence(fit, layered, singles, len(layered.parameters))
-    if evidence is None:
-        return fit
-    chosen = layered if evidence.for_layers else fit
-    chosen = dataclasses.replace(
-        chosen, warnings=(evidence.sentence(model_called(law), DEFAULT_LAYERED), *chosen.warnings)
-    )
-    return _compared(chosen, fit, singles) if evidence.for_layers else chosen
+    found = any(single.events.punctures for single in singles)  # of a recording that has no fit, too
+    reason = LAYERED_BY_DEFAULT if found else LAYERED_WITHOUT_PUNCTURE
+    chosen = _better(fit, layered, singles, (law, DEFAULT_LAYERED), reason, len(layered.parameters))
+    return _compared(chosen, fit, singles) if fit.identified_model and chosen.model is layered.model else chosen
 
 
 def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording], given: FitInputs) -> Fit:
@@ -261,13 +254,16 @@ def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording]
     layered = identify_insertion_layers(singles, given, None)
     if layered.identified_model is None or len(layered.model.layers) == 1:
         return fit
-    if fit.identified_model is None:
-        return dataclasses.replace(layered, warnings=(LAYERS_BY_PUNCTURES, *layered.warnings))
-    evidence = cycle_evidence(fit, layered, singles, 0)
-    if evidence is None:
+    return _better(fit, layered, singles, (law, GRADUAL_LAYERS), LAYERS_BY_PUNCTURES, span="the insertion")
+
+
+def _better(fit: Fit, layered: Fit, singles: list, names: tuple, no_model: str, shared: int = 0, **span: str) -> Fit:
+    """The layered fit for the reason that one layer has ``no_model``, or the better of the two with the evidence."""
+    evidence = cycle_evidence(fit, layered, singles, shared) if fit.identified_model else None
+    if fit.identified_model and evidence is None:
         return fit
-    chosen = layered if evidence.for_layers else fit
-    reason = evidence.sentence(model_called(law), GRADUAL_LAYERS, "the insertion")
+    chosen = layered if evidence is None or evidence.for_layers else fit
+    reason = no_model if evidence is None else evidence.sentence(model_called(names[0]), names[1], **span)
     return dataclasses.replace(chosen, warnings=(reason, *chosen.warnings))
 
 
@@ -315,11 +311,8 @@ def _compared(fit: Fit, one: Fit, singles: list[SegmentedRecording]) -> Fit:
     sentence = evidence.sentence(model_called(one.choice[0].name), fit.settings.layers)
     if evidence.for_layers:
         return dataclasses.replace(fit, warnings=(*fit.warnings, sentence))
-    known = {
-        name: dataclasses.replace(each, identifiable=each.identifiable and not name.startswith("layer_"))
-        for name, each in fit.parameters.items()
-    }
-    return dataclasses.replace(fit, parameters=known, warnings=(sentence, *fit.warnings))
+    fit = dataclasses.replace(fit, warnings=(sentence, *fit.warnings))
+    return with_not_identifiable(fit, [name for name in fit.parameters if name.startswith("layer_")])
 
 
 def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list, law: str, choice: tuple) -> Fit:
@@ -366,8 +359,7 @@ def _own(single: SegmentedRecording, law: str, given: FitInputs) -> dict[str, Es
     found = estimates_of(fit, len(strokes.depth_out) > 0)
     match = puncture_match(fit, peak)
     if match is not None and not match.met:
-        of_law = found.keys() & set(FITS[law].parameters)
-        found |= {name: dataclasses.replace(found[name], identifiable=False) for name in of_law}
+        found = not_identifiable(found, FITS[law].parameters)
     found |= {} if peak is None else {"puncture_force": peak.estimate(fit)}
     found |= {} if strokes.friction_reversal is None else {"presliding": presliding_of(strokes.friction_reversal)}
     if "saturation_depth" in found and given.saturation is not None:

@@ -293,14 +293,17 @@ def with_one_layer_parameters(layered: Fit, one: Fit) -> Fit:
     return replace(
         layered,
         parameters={**own, **taken},
-        recordings=tuple(map(_with_notes, layered.recordings, one.recordings)),
+        recordings=tuple(map(_with_own, layered.recordings, one.recordings)),
         warnings=(*layered.warnings, *warnings),
     )
 
 
-def _with_notes(layered: RecordingFit, one: RecordingFit) -> RecordingFit:
-    """The layered fit of a recording with the notes of its one-layer fit too, which are on the parameters taken."""
-    return replace(layered, notes=tuple(dict.fromkeys((*layered.notes, *one.notes))))
+def _with_own(layered: RecordingFit, one: RecordingFit) -> RecordingFit:
+    """The layered fit of a recording with the puncture depth of its one-layer fit, and the notes on what is taken."""
+    name, notes = "puncture_depth", tuple(dict.fromkeys((*layered.notes, *one.notes)))
+    measured = name in one.parameters and one.parameters[name].identifiable
+    own = {**layered.parameters, name: one.parameters[name]} if measured else layered.parameters
+    return replace(layered, parameters=own, notes=notes)
 
 
 def _overlap(one: Estimate, other: Estimate) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from .. import core
 from ..core import Needle, Tissue
-from ..errors import InputError
+from ..errors import InputError, did_you_mean
 from ..mechanics.buckling import equivalent_half_angle
 from ..mechanics.contact import contact
 from ..mechanics.foundation import LAWS, READINGS, friction_coefficient
@@ -73,7 +73,7 @@ def stiffness_law(name: str) -> str:
     """What is fitted under a model's name, a key of ``FITS``: its stiffness law, or the friction law of a bent
     shaft."""
     if name not in (*MODELS, *BENT, *GRADUAL):
-        step = f"Give one of {', '.join(IDENTIFIED)}."
+        step = f"{did_you_mean(name, IDENTIFIED)}Give one of {', '.join(IDENTIFIED)}."
         raise InputError("model", repr(name), "it cannot be identified", next_step=step)
     return MODELS.get(name, name)
 

@@ -16,7 +16,7 @@ from ..models.model import Model
 from ..recording import Recording
 from ..segmentation import Events, segment
 from ..vocabulary import Status
-from .estimates import Correlations, Estimate, EstimateResult, Parameters, Quality, correlations_of
+from .estimates import Correlations, Estimate, EstimateResult, Parameters, Quality, correlations_of, not_identifiable
 from .models import run_model
 from .one_layer.machine_stiffness import at_tip
 from .recording_fit import RecordingFit
@@ -255,6 +255,15 @@ class Fit(EstimateResult):
         yield "How obtained", tuple(sources) if len(sources) == 1 else ()
         yield "Held fixed", self.held_fixed
         yield "Cannot be identified", self.unknown
+
+
+def with_not_identifiable(fit: Fit, names: Iterable[str]) -> Fit:
+    """The fit, of which the parameters with these ``names`` are not identifiable, pooled or of a recording."""
+    names = tuple(names)
+    recordings = tuple(
+        dataclasses.replace(each, parameters=not_identifiable(each.parameters, names)) for each in fit.recordings
+    )
+    return dataclasses.replace(fit, parameters=not_identifiable(fit.parameters, names), recordings=recordings)
 
 
 def with_unreadable(fit: Fit | None, unreadable: list[tuple[str, InputError]]) -> Fit:

@@ -4,14 +4,14 @@ not declared.
 
 A needle at rest in tissue that is withdrawn changes its force in the instant in which it moves, whatever the tissue.
 The samples of white noise are independent; those behind an average of n samples are not, up to n - 1 samples apart. A
-puncture behind such a filter is a straight fall over n samples, and the force at rest then changes by no more than a
-share k / n in the first k samples of the withdrawal, whatever the tissue.
+sharp puncture behind such a filter is a straight fall over n samples.
 """
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -31,13 +31,13 @@ MAX_SAMPLES = 100  # of the window: more add time and little knowledge
 STRETCHES = np.geomspace(5e-6, 5e-3, 8)  # [m] travel over which the force follows the reversal
 MIN_CHANGE_SIGMA = 20.0  # [standard deviations of a sample] of the force, so that a tenth of it is seen
 MIN_FOLLOWING = 1e-6  # mean square of the travel over its stretch
-MIN_SHARE = 0.1  # of the change of the force that shows how fast it changes
 FOLLOWED = 0.8  # of the change of the force
 MIN_REST_SAMPLES = 5
 MIN_FREE_SAMPLES = 100  # for the correlation of the noise
-MIN_FALL, MIN_FALL_BLOCKS, FALL_BLOCKS = 3, 12, 24  # samples of a fall that may be that of a filter, and their blocks
-LENGTHS, STARTS = np.geomspace(0.5, 3.0, 20), np.linspace(-0.3, 0.3, 13)  # [of the fall] of a filter, from the peak
-RUPTURE_LENGTHS, RUPTURE_POWERS = np.geomspace(0.15, 1.2, 10), (1.0, 1.5, 2.0, 3.0)  # that it is compared with
+BLOCKS = 12  # of samples around a fall at least, and over it at most
+LENGTHS, STARTS = np.geomspace(0.2, 1.6, 10), np.linspace(-0.6, 0.3, 10)  # [of the fall] of its course, from the peak
+FINER = np.linspace(-0.5, 0.5, 5)  # [steps of the grid] around the best of it
+RUPTURES = (None, 2.0, 1.5, 3.0, 1.0)  # powers of gradual ones that a filter is compared with; None is a smooth step
 
 
 @dataclass(frozen=True)
@@ -233,47 +233,55 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
 
 
 def filter_of_the_fall(recording: Recording, events: Events) -> int:
-    """Length [samples] of an average filter that explains the fall at the first puncture: better, by very strong
-    evidence, than a sharp and than a gradual rupture, and no longer than the start of the withdrawal allows; 0 if none.
+    """Length [samples] of an average filter that explains the fall at the first puncture better, by very strong
+    evidence, than a sharp and than a gradual rupture; 0 if none, or one that delays by more than any lag looked for.
 
     Before and after the fall the force is a parabola and a line. The filter averages a step between them; a gradual
-    rupture goes over by exp(-(s / l)^m), as does any law of this package.
+    rupture goes over by exp(-(s / l)^m), as does any law of this package, or by a smooth step.
     """
     if recording.card.filter_length > 1 or not events.punctures:
         return 0
-    place, force, size = _fall(recording, events)
-    if len(place) < MIN_FALL_BLOCKS or not place[0] < -0.5 < 0.5 < place[-1]:
+    place, force, samples, size = _fall(recording, events)
+    if len(place) < BLOCKS or not place[0] < -0.5 < 0.5 < place[-1]:
         return 0
     enough = math.exp(VERY_STRONG_BIC / len(place))
-    sharp = _unexplained(force, _broken(place, place[MIN_REST_SAMPLES:-MIN_REST_SAMPLES], 0.0, 1.0))[0]
-    lengths, starts = (each.ravel() for each in np.meshgrid(LENGTHS, STARTS))
-    best = _unexplained(force, _averaged(place, lengths, starts))[1]
-    near = np.linspace(-1.0, 1.0, 9)
-    lengths, starts = lengths[best] * (1.0 + 0.1 * near[:, None]), starts[best] + (STARTS[1] - STARTS[0]) * near
-    lengths, starts = (each.ravel() for each in np.broadcast_arrays(lengths, starts))
-    smeared, best = _unexplained(force, _averaged(place, lengths, starts))
-    if not smeared * enough < sharp:
+    near = place[MIN_REST_SAMPLES:-MIN_REST_SAMPLES]
+    sharp = _unexplained(force, _broken(place, None, near[np.abs(near) < 1.0]))[0]
+    if sharp < enough * len(place) * white_noise(recording.force) ** 2 / size:
         return 0
-    ruptures = [_broken(place, STARTS, length, power) for length in RUPTURE_LENGTHS for power in RUPTURE_POWERS]
-    length = round(float(lengths[best]) * size)
-    explained = smeared * enough < _unexplained(force, np.concatenate(ruptures))[0]
-    return length if explained and length <= _longest_filter(recording, events, length) else 0
+    smeared, length = _closest(force, partial(_averaged, place))
+    if not smeared * enough < sharp or any(
+        _closest(force, partial(_broken, place, power=each))[0] <= smeared * enough for each in RUPTURES
+    ):
+        return 0
+    length = round(length * samples)
+    return length if 0.5 * (length - 1) / recording.rate < MAX_LAG_S else 0
 
 
-def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray, float]:
+def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray, int, int]:
     """The fall at the first puncture with twice its length on both sides: place (n,) from the peak, over the length of
-    the fall, and force (n,) of blocks of samples; and that length [samples]."""
+    the fall, and force (n,) of blocks of samples; that length and the size of the blocks [samples]."""
     first = events.punctures[0]
     peak = int(np.searchsorted(recording.time, first.time))
     ends = [span.first for phase in (Phase.hold, Phase.extraction) for span in own_spans(events, phase)]
-    ends += [each.low for each in events.punctures[1:2]]
-    length = first.end - peak
-    size = max(length // FALL_BLOCKS, 1)
-    before, after = min(2 * length, peak) // size, (min([peak + 3 * length, *ends]) - peak) // size
-    if length < MIN_FALL or after < 1:
-        return np.empty(0), np.empty(0), 1.0
+    ends += [len(recording), *(each.low for each in events.punctures[1:2])]
+    length = max(first.end - peak, 1)
+    size = max(length // BLOCKS, 1)
+    before, after = min(2 * length, peak) // size, max(min(peak + 3 * length, *ends) - peak, 0) // size
     force = recording.force[peak - before * size : peak + after * size].reshape(-1, size).mean(axis=1)
-    return (np.arange(len(force)) - before) * (size / length), force, float(length)
+    return (np.arange(len(force)) - before) * (size / length), force, length, size
+
+
+def _closest(force: np.ndarray, columns: Callable) -> tuple[float, float]:
+    """The least sum of squares [N²] that a course of the fall leaves of the force (n,), over its length and its start,
+    and that length [of the fall]."""
+    lengths, starts = LENGTHS, STARTS
+    for _ in range(3):
+        grid = [each.ravel() for each in np.meshgrid(lengths, starts)]
+        squares, best = _unexplained(force, columns(*grid))
+        length = float(grid[0][best])
+        lengths, starts = length * (lengths[1] / lengths[0]) ** FINER, grid[1][best] + (starts[1] - starts[0]) * FINER
+    return squares, length
 
 
 def _averaged(place: np.ndarray, lengths: np.ndarray, starts: np.ndarray) -> np.ndarray:
@@ -286,11 +294,15 @@ def _averaged(place: np.ndarray, lengths: np.ndarray, starts: np.ndarray) -> np.
     return np.stack([*before, *after], axis=2)
 
 
-def _broken(place: np.ndarray, starts: np.ndarray, length: float, power: float) -> np.ndarray:
-    """Columns (k, n, 5) of a parabola that goes over into a line by a rupture at each of ``starts`` (k,)."""
+def _broken(
+    place: np.ndarray, lengths: np.ndarray | None, starts: np.ndarray, power: float | None = None
+) -> np.ndarray:
+    """Columns (k, n, 5) of a parabola that goes over into a line by a rupture at each of ``starts`` (k,): over
+    ``lengths`` (k,) with a ``power``, or by a smooth step; sharp without lengths."""
     away = place - starts[:, None]
-    advance = np.maximum(away, 0.0)
-    share = np.exp(-((advance / length) ** power)) if length > 0.0 else (away <= 0.0).astype(float)
+    passed = np.maximum(away, 0.0) / lengths[:, None] if lengths is not None else (away > 0.0).astype(float)
+    step = np.minimum(passed, 1.0)
+    share = 1.0 - step**2 * (3.0 - 2.0 * step) if power is None else np.exp(-(passed**power))
     left = 1.0 - share
     return np.stack([share, share * away, share * away**2, left, left * away], axis=2)
 
@@ -301,23 +313,6 @@ def _unexplained(force: np.ndarray, design: np.ndarray) -> tuple[float, int]:
     values = np.linalg.solve(across @ design + 1e-9 * np.eye(design.shape[2]), (across @ force)[..., None])
     squares = np.sum((force - (design @ values)[..., 0]) ** 2, axis=1)
     return float(squares.min()), int(squares.argmin())
-
-
-def _longest_filter(recording: Recording, events: Events, length: int) -> float:
-    """Length [samples] of the longest average filter that lets the force change as fast as it does at the start of the
-    withdrawal; no filter of this ``length`` changes it by more than a share k / n in k samples."""
-    outwards = own_spans(events, Phase.extraction)
-    if not outwards:
-        return math.inf
-    start, force = outwards[0].first, recording.force
-    before, after = force[max(start - length, 0) : start], force[start : outwards[0].last]
-    if len(before) < 2 or len(after) < 2 * length:
-        return math.inf
-    noise = SIGNIFICANT * white_noise(force) * math.sqrt(1.0 + 1.0 / len(before))
-    change = float(before.mean() - smoothed(after, MIN_REST_SAMPLES).min())
-    share = (before.mean() - after[: 2 * length] - noise) / max(change, noise)
-    shown = np.flatnonzero(share > MIN_SHARE)
-    return float(np.min((shown + 1) / share[shown], initial=math.inf))
 
 
 @dataclass(frozen=True)

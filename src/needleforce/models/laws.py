@@ -43,8 +43,18 @@ class Surroundings:
 def make_laws(chosen: dict[str, tuple[type, dict]], around: Surroundings, place: str = "") -> dict[str, Any]:
     """The laws of one layer from {family: (law class, its parameters in SI)}.
 
-    Raises InputError, with the family as its place, for a parameter that is missing, unknown or outside its range.
+    Raises InputError, with the family as its place, for a parameter that is missing, unknown or outside its range; of
+    several that are missing with all of them.
     """
+    absent = [
+        f"{family}.{row['name']} [{row['unit']}]"
+        for family, (law, values) in chosen.items()
+        for row in law.table()
+        if row["default"] is None and row["name"] not in {*values, *DERIVED}
+    ]
+    if len(absent) > 1:
+        step = f"Give each in its part, such as {absent[0].split('.')[0]}={{...}}; needleforce laws has their meaning."
+        raise InputError("values", "missing", f"needed are {', '.join(absent)}", place.removesuffix(", "), step)
     made = {}
     for family in ORDER:
         if family in chosen:

@@ -57,6 +57,10 @@ class Layer:
         """The five laws."""
         return (self.stiffness, self.puncture, self.friction, self.cutting, self.relaxation)
 
+    def replace(self, **changes: Any) -> "Layer":
+        """A copy with the given laws, or another top."""
+        return dataclasses.replace(self, **changes)
+
     @property
     def laws(self) -> core.Laws:
         """The five laws as one value of the core."""

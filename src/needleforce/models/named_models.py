@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from .. import core
-from ..errors import InputError
+from ..errors import InputError, did_you_mean
 from .laws import FAMILIES, Surroundings, law_called, make_laws
 
 # name: stiffness, puncture, friction, cutting, relaxation; summary; source, in the keys of the bibliography
@@ -157,7 +157,8 @@ def named_model(name: str) -> NamedModel:
     """The choice of laws of a model's name; InputError that lists the names for an unknown one."""
     if name not in NAMED_MODELS:
         known = ", ".join(NAMED_MODELS)
-        raise InputError("model", repr(name), "not a named model", next_step=f"Give one of {known}.")
+        step = f"{did_you_mean(name, NAMED_MODELS)}Give one of {known}."
+        raise InputError("model", repr(name), "not a named model", next_step=step)
     return NAMED_MODELS[name]
 
 

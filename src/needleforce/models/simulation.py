@@ -182,6 +182,9 @@ def simulate(model: Model, motion: Motion, rate: float = 1000.0, *, tissue: Any 
         If the rate is outside its range, the simulation has fewer than 2 or more than 5e7 samples, or the model does
         not fit the tissue.
     """
+    if not isinstance(motion, Motion):
+        step = "Give for example nf.Motion.insert(start=-5e-3, speed=3e-3, depth=20e-3), in m and m/s."
+        raise InputError("motion", repr(motion), "not a nf.Motion", "simulation", step)
     if not (np.isfinite(rate) and 0.0 < rate <= 1e6):
         raise InputError("rate", rate, "outside 0 to 1e6 Hz")
     count = int(np.floor(motion.duration * rate)) + 1
@@ -203,6 +206,9 @@ def simulate(model: Model, motion: Motion, rate: float = 1000.0, *, tissue: Any 
     )
     axes = {part: columns[part] for part in PARTS}
     notes = _status_notes(columns["status"])
+    if depth.max() <= 0.0:
+        message = f"the tip stays above the surface, which is at depth 0: its deepest point is {1e3 * depth.max():g} mm"
+        notes += (Note("no_contact", message),)
     return Recording(
         time=time, depth=depth, velocity=velocity, force=columns["force"], axes=axes, card=card, notes=notes
     )

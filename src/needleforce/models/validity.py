@@ -282,9 +282,9 @@ def _needs_needle(case: Case) -> Judgement | None:
 
 # law -> its rules; the first rule that returns a verdict applies
 RULES: dict[str, tuple[Callable, ...]] = {
-    "cone": (_needs_cone, _needs_tissue, _wider_than_needle, _half_angle_of_slope, _thin),
-    "cone_cylinder": (_needs_cone, _needs_tissue, _half_angle_of_slope, _thin),
-    "tip_contact": (_needs_tip, _needs_tissue, _steepest, _thin),
+    "cone": (_needs_cone, _wider_than_needle, _half_angle_of_slope, _thin, _needs_tissue),
+    "cone_cylinder": (_needs_cone, _half_angle_of_slope, _thin, _needs_tissue),
+    "tip_contact": (_needs_tip, _steepest, _thin, _needs_tissue),
     "coulomb": (_bends,),
-    "relaxing_surface": (_needs_needle, _needs_tissue, _bends),
+    "relaxing_surface": (_needs_needle, _bends, _needs_tissue),
 }

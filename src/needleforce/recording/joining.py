@@ -143,7 +143,8 @@ def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
             "unknown",
             "a velocity determines only changes of depth",
             place,
-            "Give --start-depth-mm, or add a line such as '# start_depth_m: -0.005' above the header.",
+            "Give it, for example --start-depth-mm 0 to count from there, or add a line such as '# start_depth_m: "
+            "-0.005' above the header.",
         )
     return float(start)
 

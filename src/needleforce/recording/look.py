@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..display.markup import Markup, element, join, table, visible
 from ..display.tables import blocks, text_list, text_table
 from ..errors import InputError
 from .assumed_motion import AssumedMotion
@@ -202,6 +203,14 @@ class Look:
         return blocks(*parts)
 
     __repr__ = __str__
+
+    def _repr_html_(self) -> Markup:
+        parts = [
+            join([element("p", element("b", title)), table(headers, rows)]) for title, headers, rows in self.tables()
+        ]
+        if self.recording is not None:
+            parts.append(self.recording._repr_html_())
+        return visible(join([*parts, element("p", f"Not read: {self.problem}" if self.problem else self.command)]))
 
 
 def option_words(options: ReadOptions) -> list[str]:

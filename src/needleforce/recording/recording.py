@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from .. import core
-from ..display.markup import Markup, element
+from ..display.markup import Markup
 from ..display.quantities import spanned
-from ..display.result import Printed
+from ..display.result import Printed, with_drawing
 from ..errors import InputError
 
 COLUMNS = ("time", "depth", "velocity", "force")
@@ -155,8 +155,11 @@ class Recording(Printed):
 
     @cached_property
     def rate(self) -> float:
-        """Median sampling rate [Hz]."""
-        return 1.0 / core.median_step(self.time)
+        """Median sampling rate [Hz]; of rounded stamps, whose steps alternate between two, by the mean step."""
+        steps, middle = np.diff(self.time), core.median_step(self.time)
+        near = steps[np.abs(steps - middle) < 0.5 * middle]
+        alternate = len(np.unique(np.round(near / middle, 6))) == 2
+        return 1.0 / (float(near.mean()) if alternate else middle)
 
     def between(
         self, *, time: tuple[float, float] | None = None, depth: tuple[float, float] | None = None
@@ -254,20 +257,17 @@ class Recording(Printed):
         return f"<Recording {self.name}: {'; '.join(f'{name} {text}' for name, text in self._summary())}>"
 
     def _repr_html_(self) -> Markup:
-        return super()._repr_html_() + (self._curve() if len(self) > 1 else "")
+        shown = super()._repr_html_()
+        return with_drawing(shown, self._draw_sheet) if len(self) > 1 else shown
 
-    def _curve(self) -> Markup:
+    def _draw_sheet(self, figure: Any, sheet: Any) -> None:
         """Force over depth, for a notebook."""
         from ..display.axes import DEPTH, FORCE
-        from ..display.canvas import MEASURED, THIN, WITH_SIDE_CAPTION, axis_names, line, panels, svg
+        from ..display.canvas import MEASURED, THIN, axis_names, line, panels
 
-        def draw(figure: Any, sheet: Any) -> None:
-            axes = panels(figure, sheet)[0, 0]
-            line(axes, 1e3 * self.depth, self.force, sheet.columns, color=MEASURED, lw=THIN)
-            axis_names(axes, DEPTH, FORCE)
-
-        drawn = svg("recording", draw, WITH_SIDE_CAPTION, 190.0, "force over depth")
-        return element("div", drawn, style="max-width: 34em; background: white")
+        axes = panels(figure, sheet)[0, 0]
+        line(axes, 1e3 * self.depth, self.force, sheet.columns, color=MEASURED, lw=THIN)
+        axis_names(axes, DEPTH, FORCE)
 
     def _heading(self) -> str:
         return f"Recording {self.name}"

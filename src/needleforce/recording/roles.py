@@ -5,6 +5,7 @@ recording."""
 import shlex
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
@@ -116,9 +117,26 @@ class Roles:
         candidates = {q: [column.header for column in self.candidates(q)] for q in absent}
         like = [f"for the {q}: {_listed(headers)}" for q, headers in candidates.items() if headers]
         limit = "; ".join([columns_of(self.table), *like])
-        step = f"Choose {'one' if len(absent) == 1 else 'each'} with " + " ".join(f"--column {q}=NAME" for q in absent)
-        step += "".join(f", or {each}" for each in instead) + "; NAME is a header or the number of a column."
+        likely = self._likely(absent)
+        example = " ".join(f"--column {q}={number}" for q, number in likely.items())
+        step = f"Choose {'one' if len(absent) == 1 else 'each'} by its header or number, for example {example}"
+        step += "".join(f", or {each}" for each in instead) + "."
         return InputError(f"no column holds the {names}", "", limit, str(self.table.path), step)
+
+    def _likely(self, absent: Sequence[str]) -> dict[str, int | str]:
+        """The number, from 1, of a free column for each quantity: time never turns, a depth turns where the motion
+        does, a force with its noise too. ``NAME`` where there are too few."""
+        found: dict[str, int | str] = {q: each[0].index + 1 for q in absent if (each := self.candidates(q))}
+        used, turning = {column.index + 1 for column in self.columns.values()} | set(found.values()), {}
+        for number in set(range(1, 1 + len(self.table.headers))) - used:
+            values = self.table.readable(number - 1)
+            values = values[np.isfinite(values)]
+            if len(values) > 1 and (values != values[0]).any():
+                turning[number] = float(np.abs(np.diff(values)).sum() / np.ptp(values))
+        order = [q for q in ("time", "depth", "velocity", "force") if q in absent and q not in found]
+        order = order[1:] if order[:1] == ["time"] and min(turning.values(), default=2.0) > 1.0 + 1e-6 else order
+        found |= dict(zip(order, sorted(turning, key=turning.__getitem__)))
+        return {quantity: found.get(quantity, "NAME") for quantity in absent}
 
 
 def assign_columns(table: Table, given: Mapping[str, str | int], vocabulary: Vocabulary = RECORDINGS) -> Roles:
@@ -274,7 +292,9 @@ def _named(table: Table, wanted: str, quantity: str) -> list[int]:
     if not found and wanted.isdecimal() and 1 <= int(wanted) <= len(headers):
         found = [int(wanted) - 1]
     if not found:
-        step = f"Give one of them, or its number from 1 to {len(headers)}, with --column {quantity}=NAME."
+        like = get_close_matches(wanted, headers, 1) or get_close_matches(quantity, headers, 1, 0.0)
+        step = f"Give one of them, or its number from 1 to {len(headers)}, for example --column "
+        step += f"{shlex.quote(f'{quantity}={like[0]}')}."
         raise InputError(f"column for the {quantity}", repr(wanted), columns_of(table), str(table.path), step)
     return found
 

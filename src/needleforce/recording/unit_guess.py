@@ -164,13 +164,13 @@ def _unknown_unit(samples: Samples, unknown: list[str], found: list[dict[str, Un
     candidates = "; ".join(options) if options else "none of " + ", ".join(s for q in unknown for s in _CANDIDATES[q])
     step = f", the median step of time is {np.median(np.diff(samples.values['time'])):g}" if "time" in unknown else ""
     limit = f"{columns_of(samples.table)}{step}; plausible: {candidates}"
-    examples = {"time": "us", "depth": "mm", "velocity": "mm/s"}
+    example = found[0] if found else next(_choices(unknown))
     return InputError(
         f"unit of {' and '.join(unknown)}",
         "unknown",
         limit,
         str(samples.table.path),
-        "Give the unit of your recording, for example " + " ".join(f"--unit {q}={examples[q]}" for q in unknown) + ".",
+        f"Give the unit of your recording, for example {' '.join(f'--unit {q}={example[q].symbol}' for q in unknown)}.",
     )
 
 

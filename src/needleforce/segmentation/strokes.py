@@ -161,7 +161,8 @@ def _cycle(
     stop, withdrawal_start = int(at_top[0]), int(at_top[-1]) + 1
     speed = (depth[stop] - depth[start]) / max(time[stop] - time[start], 1e-9)
     if time[withdrawal_start - 1] - time[stop] < max(MIN_HOLD_S, 4.0 * rest_distance / max(speed, 1e-12)):
-        stop = withdrawal_start = int(low + np.argmax(depth[low:end])) + 1
+        stop = int(low + np.argmax(depth[low:end])) + 1
+        withdrawal_start = stop if withdrawal_start < len(depth) else len(depth)  # a recording that ends at rest
     onwards = max(len(cut_samples(depth, start, stop, 1)[0]), 1) / max(stop - start, 1)
     return Cycle(
         start=start,

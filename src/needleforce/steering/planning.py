@@ -20,6 +20,7 @@ from .base_motion import COLUMNS, BaseMotion
 from .obstacles import Obstacle, distance_to
 from .plan_problem import PlanProblem, SteeringLimits
 from .plan_search import Search, best
+from .steered_run import simulate
 from .steering_model import SteeringModel, steering_model
 from .tip_paths import TIP_COLUMNS, TipPath
 
@@ -74,6 +75,11 @@ class Plan(Result):
         path = self.problem.path(self.motion)
         read = path.compared_until(len(self.problem.executed))
         return self.problem.model.predictor.uncertainty(path, read)
+
+    @cached_property
+    def shapes(self) -> tuple[np.ndarray, ...]:
+        """The needle at some of the steps, the last of which is the end, (m, 3) each [m]."""
+        return simulate(self.problem.model, self.motion, axial=self.problem.axial).shapes
 
     @property
     def uncertain_clearance(self) -> float:
@@ -165,7 +171,8 @@ class Plan(Result):
             for row, radius, force in zip(self.motion.rows(), self.tube(), self.force)
         ]
         steps = table((*COLUMNS, "radius_95_mm", "axial_force_N"), rows, class_="numbers dense")
-        path = figures.plan_path(self.path, self.tube(), self.problem.obstacles, self.target)
+        seen = {"tube": self.tube(), "obstacles": self.problem.obstacles, "target": self.target}
+        path = figures.Scene(path=self.path, shapes=self.shapes, **seen).figures()
         loads = figures.loads(self.motion.depth, self.force, self.wrench)
         return Page(
             title="A planned insertion",
@@ -173,7 +180,7 @@ class Plan(Result):
             outcome=self.heading(),
             sections=[
                 section("Faults", listing(self.faults), name="faults"),
-                section("Path", path, name="path"),
+                section("Path", *path, name="path"),
                 section("Motion of the base", figures.base_motion(self.motion), name="motion"),
                 section("Force and wrench", loads, name="loads"),
                 section("Table", steps, name="table"),

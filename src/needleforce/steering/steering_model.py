@@ -33,17 +33,20 @@ class SteeringModel:
         The needle with which it was identified.
     predictor : PathPredictor
         What predicts other insertions, with what the mechanics leave unexplained.
+    given : FlexibleInsertion or None
+        The insertion whose parameters are given; None for an identified needle.
     """
 
     form: str
     values: dict[str, float]
     needle: core.Needle
     predictor: PathPredictor = field(repr=False, compare=False)
+    given: FlexibleInsertion | None = field(default=None, repr=False, compare=False)
 
     @property
     def identified(self) -> bool:
         """False for a ``FlexibleInsertion`` whose parameters are given."""
-        return self.form != "given"
+        return self.given is None
 
     @property
     def roll(self) -> float:
@@ -51,7 +54,8 @@ class SteeringModel:
         return bevel_direction(self.values) if self.values else 0.0
 
     def insertion(self, axial: Model | None = None, **options: Any) -> FlexibleInsertion:
-        """A needle in space with the identified tissue and guide; ``roll`` is the roll at which it was inserted.
+        """A needle in space with the identified tissue and guide, or the given insertion; ``roll`` is the roll at which
+        it was inserted.
 
         Parameters
         ----------
@@ -64,6 +68,8 @@ class SteeringModel:
         -------
         FlexibleInsertion
         """
+        if self.given is not None:
+            return self.given
         layers = lateral_layers(self.values, tip_force_of(self.values))
         return FlexibleInsertion(axial, self.needle, lateral=layers, **(guide_of(self.values, self.needle) | options))
 
@@ -101,7 +107,7 @@ def steering_model(model: SteeringModel | FlexibleInsertion, axial: Model | None
     if axial is not None:
         step = "Give nf.FlexibleInsertion(model, …) instead."
         raise InputError("axial", axial.name, "a given insertion has its own", next_step=step)
-    return SteeringModel("given", {}, model.needle, PathPredictor(partial(_given_path, flex=model), {}))
+    return SteeringModel("given", {}, model.needle, PathPredictor(partial(_given_path, flex=model), {}), model)
 
 
 def _given_path(

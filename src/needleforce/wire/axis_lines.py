@@ -133,4 +133,4 @@ def _valid_range(limits: AxisRange, line: str) -> AxisRange:
 
 def _not_a_line(line: str) -> InputError:
     limit = "not a valid line of the protocol"
-    return InputError("line of the axis", repr(line[:MAX_LINE_LENGTH]), limit, next_step="See docs/howto/rig.md.")
+    return InputError("line of the axis", repr(line[:MAX_LINE_LENGTH]), limit, next_step="See docs/reference/rig.md.")

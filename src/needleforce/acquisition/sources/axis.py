@@ -148,7 +148,7 @@ class AxisClient:
             self._changed.wait_for(lambda: arrived() or self._fault, self._timeout)
         if arrived():
             return
-        advice = "Check that the axis is on and speaks the protocol in docs/howto/rig.md."
+        advice = "Check that the axis is on and speaks the protocol in docs/reference/rig.md."
         fault = self._fault or InputError(what, "missing", f"none within {self._timeout:g} s", self.place, advice)
         if self.limits is None:
             self.close()

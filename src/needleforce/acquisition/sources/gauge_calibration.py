@@ -17,7 +17,7 @@ from ...files import decode_toml, read_bytes, xml_root
 from ...units import size
 from ...wire.net_ft import AXES, SATURATED
 
-_NEXT_STEP = "See docs/howto/protocols.md for the three layouts."
+_NEXT_STEP = "See docs/reference/protocols.md for the three layouts."
 GAUGES = 6
 FULL_SCALE = 10.0  # [V] of either sign: the usual range of converters for these sensors
 _MAX_CONDITION_NUMBER = 1e8  # of the matrix with scaled rows; that of the sensors is below 100

@@ -15,17 +15,18 @@ from ...recording import Recording
 from ...segmentation import Events
 from ...segmentation.strokes import cycles
 from ...vocabulary import Phase, Status
-from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, warnings_of
+from ..diagnostics import NO_MODEL, FitInputs, pooled_quality, quality, reference_of, settings_of, unfitted, warnings_of
 from ..estimates import Correlations
 from ..models import LAYERED, run_model, with_ruptures, with_stiffer_contact
 from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
-from ..result import Fit
+from ..result import Fit, with_not_identifiable
 from ..settings import Choice, LayeredSettings
 from ..strokes import cycle_span, stroke_speed
 from .binned_cycle import BETWEEN, COARSE, FINE, BinnedCycle, binned_cycles, recorded_punctures
 from .known_stiffness import refined_with, with_known
 from .model import (
+    behind_hidden,
     held_fixed,
     layered_settings,
     layers_in_words,
@@ -185,11 +186,11 @@ def identify_layered(
     found = ruptures(ended)
     own = {single: _recording(single, run, ended, given) for run, single in enumerate(usable)}
     misfit, undecided = misfit_of(ended, own), undecided_saturations(best.solved)
-    known = replace(uncertainty_of(ended), undecided=undecided, refuted=misfit.found)
+    known = replace(uncertainty_of(ended), undecided=undecided)
     parameters = known.estimates()
     model, trouble = _model(ended, found, given, usable)
-    recordings = tuple(own.get(single) or _without_values(single) for single in singles)
-    return LayeredFit(
+    recordings = tuple(own.get(single) or unfitted(single) for single in singles)
+    fit = LayeredFit(
         recordings=recordings,
         parameters=parameters,
         identified_model=model,
@@ -197,7 +198,7 @@ def identify_layered(
         warnings=(*warnings_of(singles, model), *trouble, *warnings_on(ended, recordings, misfit)),
         held_fixed=held_fixed(ended),
         unknown=(
-            *not_identified(ended, parameters, known.undetermined),
+            *not_identified(ended, parameters, known.undetermined, found),
             *(() if misfit.found else known.correlations().sentences()),  # of intervals that hold nothing
         ),
         choice=tuple(Choice(each.name, each.bic) for each in sorted(tried, key=lambda each: each.bic)),
@@ -210,6 +211,9 @@ def identify_layered(
         surface=MM * float(ended.x[TOP]),
         held_out=tuple(_held_out(*each) for each in zip(best.others, best.solved.problem.cycles, usable)),
     )
+    # without misfit, all but what only the law states; with it, no interval is known to hold that of the tissue
+    unknown = parameters if misfit.found else behind_hidden(found)
+    return with_not_identifiable(fit, [each for each in unknown if each not in known.known])
 
 
 def _searched(usable: list[SegmentedRecording], form: str, count: int, grown: Grown) -> Iterator[Solved]:
@@ -275,21 +279,9 @@ def _model(
         return None, (NO_MODEL.format(error),)
 
 
-def _without_values(single: SegmentedRecording) -> RecordingFit:
-    """One recording as it was segmented, without parameters."""
-    notes = single.notes + tuple(note.message for note in single.recording.notes)
-    return RecordingFit(
-        file=single.recording.card.source,
-        status=single.status,
-        recording=single.recording,
-        events=single.events,
-        notes=notes,
-    )
-
-
 def _recording(single: SegmentedRecording, run: int, solved: Solved, given: FitInputs) -> RecordingFit:
     """The result of one recording with its own ruptures along its own motion."""
-    base, own = _without_values(single), own_ruptures(solved, run)
+    base, own = unfitted(single), own_ruptures(solved, run)
     punctures = np.array([estimate.value for estimate in own.values()])
     own["force_offset"] = zero = solved.problem.zero(run, solved.x)
     try:
@@ -310,7 +302,7 @@ def _without_model(singles: list[SegmentedRecording], name: str) -> Fit:
     note = f"The model {name} needs a puncture or a withdrawal in at least one recording."
     recordings = tuple(
         replace(each, notes=(*each.notes, note)) if each.status in (Status.no_puncture, Status.incomplete) else each
-        for each in map(_without_values, singles)
+        for each in map(unfitted, singles)
     )
     settings = settings_of("cone_cylinder", None, singles)
     return Fit(recordings=recordings, warnings=warnings_of(singles, None), settings=settings)

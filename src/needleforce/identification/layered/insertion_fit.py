@@ -9,6 +9,7 @@ strong), where below the force of the layer before a contact begins, and where o
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from ..one_layer.segmented_recording import SegmentedRecording
 from ..replay import punctures_of_layers
 from ..statistics.noise import TWO_SIDED, Noise, noise_of
 from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples, misfit_gain
-from .insertion_problem import POWER_LAW, SIZE, STEP_S, InsertionProblem, Scaled, problem_of
+from .insertion_problem import POWER_LAW, SIZE, STEP_S, InsertionProblem, Scaled, problem_of, stacked
 from .parameters import prefix
 
 DERIVATIVE_STEP = 1e-5  # of the scaled parameters
@@ -70,42 +71,52 @@ def lowest(name: str) -> float:
     return 1.0 if name.endswith("rupture_exponent") else 0.0
 
 
-def fit_insertion(single: SegmentedRecording, layers: int | None = None) -> InsertionFit:
-    """The layers of a recording, one for each puncture, or those with the largest drops.
+class InsertionFits:
+    """Solutions and fits of insertions with so many layers, each made once: no insertion depends on the others, so that
+    several sets of the same recordings may share them."""
 
-    Raises InputError where there are fewer punctures than ``layers``, or too few samples about one.
-    """
-    problem = problem_of(single, layers)
-    x, noise = _solved(problem)
-    values, (half, spread) = values_of(problem, x), _half_widths(problem, x, noise)
-    found = [values, *_other_answers(problem, x, noise), *_flat(problem, x, noise, values), *_hidden(problem, values)]
-    found.append(_measured(problem, single, values))
-    low, high = {}, {}
-    for name in values:
-        each = [one[name] for one in found if name in one]
-        low[name], high[name] = max(min(each) - half[name], lowest(name)), max(each) + half[name]
-    return InsertionFit(
-        problem=problem, x=x, values=values, low=low, high=high, random=half, spread=spread, noise=noise
-    )
+    def __init__(self) -> None:
+        self.solution, self.fit = cache(_solution), cache(self._fit)
 
+    def _fit(self, single: SegmentedRecording, layers: int) -> InsertionFit:
+        """The layers of a recording, those with the largest drops.
 
-def needed_layers(singles: list[SegmentedRecording], max_layers: int) -> int:
-    """How many of up to ``max_layers`` layers the insertions show: the layer with the smallest drop is left out, one
-    after another, as long as the evidence for it is not very strong. A false puncture gains no more than noise of the
-    same correlation lets its parameters gain; a rupture that is only not sharp is no second layer."""
-    return next((count for count in range(max_layers, 1, -1) if _gain(singles, count) > VERY_STRONG_BIC), 1)
+        Raises InputError where there are fewer punctures than ``layers``, or too few samples about one.
+        """
+        problem, x, noise = self.solution(single, layers)
+        values, (half, spread) = values_of(problem, x), _half_widths(problem, x, noise)
+        found = [
+            values,
+            *_other_answers(problem, x, noise),
+            *_flat(problem, x, noise, values),
+            *_hidden(problem, values),
+        ]
+        found.append(_measured(problem, single, values))
+        low, high = {}, {}
+        for name in values:
+            each = [one[name] for one in found if name in one]
+            low[name], high[name] = max(min(each) - half[name], lowest(name)), max(each) + half[name]
+        return InsertionFit(
+            problem=problem, x=x, values=values, low=low, high=high, random=half, spread=spread, noise=noise
+        )
 
+    def needed_layers(self, singles: list[SegmentedRecording], max_layers: int) -> int:
+        """How many of up to ``max_layers`` layers the insertions show: the layer with the smallest drop is left out,
+        one after another, as long as the evidence for it is not very strong. A false puncture gains no more than noise
+        of the same correlation lets its parameters gain; a rupture that is only not sharp is no second layer."""
+        return next((count for count in range(max_layers, 1, -1) if self._gain(singles, count) > VERY_STRONG_BIC), 1)
 
-def _gain(singles: list[SegmentedRecording], layers: int) -> float:
-    """By how much the BIC of so many layers is lower than that of one layer less, correlated samples counted as one."""
-    found = []
-    for single in (each for each in singles if len(each.events.punctures) >= layers and each.events.contact):
-        try:
-            more, fewer = (_solved(problem_of(single, count))[1] for count in (layers, layers - 1))
-        except InputError:
-            continue
-        found.append(misfit_gain(more, fewer) - SIZE * math.log(independent_samples([more, fewer])))
-    return sum(found) if found else -math.inf
+    def _gain(self, singles: list[SegmentedRecording], layers: int) -> float:
+        """By how much the BIC of so many layers is lower than that of one layer less, correlated samples counted as
+        one."""
+        found = []
+        for single in (each for each in singles if len(each.events.punctures) >= layers and each.events.contact):
+            try:
+                more, fewer = (self.solution(single, count)[-1] for count in (layers, layers - 1))
+            except InputError:
+                continue
+            found.append(misfit_gain(more, fewer) - SIZE * math.log(independent_samples([more, fewer])))
+        return sum(found) if found else -math.inf
 
 
 def _other_answers(problem: InsertionProblem, x: np.ndarray, noise: Noise) -> Iterator[dict[str, float]]:
@@ -165,6 +176,12 @@ def _at_depth(values: dict[str, float], layer: int, depth: float) -> dict[str, f
     return {place: depth, indentation: values[indentation] + depth - values[place]}
 
 
+def _solution(single: SegmentedRecording, layers: int) -> tuple[InsertionProblem, np.ndarray, Noise]:
+    """Problem, least squares and noise of a recording."""
+    problem = problem_of(single, layers)
+    return problem, *_solved(problem)
+
+
 def _solved(problem: InsertionProblem, start: np.ndarray | None = None) -> tuple[np.ndarray, Noise]:
     """The least squares and their noise."""
     x = problem.solve(start)
@@ -172,7 +189,7 @@ def _solved(problem: InsertionProblem, start: np.ndarray | None = None) -> tuple
     return x, noise_of(residual, len(residual), problem.filter_length, float(len(x)))
 
 
-def peaks_of(model: Model) -> list[tuple[float, float]]:
+def _peaks_of(model: Model) -> list[tuple[float, float]]:
     """Depth [m] below the surface and force [N] of the peak of each layer: the largest force from its onset to the top
     of the next, between the depths of a grid."""
     tops = [layer.top for layer in model.layers]
@@ -200,9 +217,9 @@ def _vertex(x: np.ndarray, y: np.ndarray, k: int) -> tuple[float, float]:
 
 def values_of(problem: InsertionProblem, x: np.ndarray) -> dict[str, float]:
     """Every parameter by name, those of deeper layers with their prefix."""
-    model, surface = problem.model(x)
+    layers, surface = list(problem.values_of_layers(x)), problem.surface(x)
     found: dict[str, float] = {}
-    for k, (own, (depth, force)) in enumerate(zip(problem.values_of_layers(x), peaks_of(model))):
+    for k, (own, (depth, force)) in enumerate(zip(layers, _peaks_of(stacked(layers, problem.curve)))):
         top = own.pop("top")
         own |= {"puncture_depth": surface + depth, "puncture_indentation": depth - top, "puncture_force": force}
         found |= {f"{prefix(k)}top": top} if k else {"contact_depth": surface}

@@ -17,6 +17,7 @@ from ..diagnostics import (
     quality,
     reference_of,
     settings_of,
+    unfitted,
     warnings_of,
 )
 from ..estimates import Estimate, is_meaningful, pool
@@ -24,7 +25,7 @@ from ..models import GRADUAL_LAYERS, run_model
 from ..one_layer.segmented_recording import SegmentedRecording
 from ..recording_fit import RecordingFit
 from ..result import Fit
-from .insertion_fit import InsertionFit, fit_insertion, needed_layers
+from .insertion_fit import InsertionFit, InsertionFits
 from .insertion_problem import MAX_LAYERS, stacked
 from .parameters import prefix
 
@@ -45,13 +46,17 @@ UNKNOWN = (
 )
 
 
-def identify_insertion_layers(singles: list[SegmentedRecording], given: FitInputs, layers: int | None) -> Fit:
+def identify_insertion_layers(
+    singles: list[SegmentedRecording], given: FitInputs, layers: int | None, fits: InsertionFits | None = None
+) -> Fit:
     """The fit of ``layers`` that rupture one after another, by default as many as most recordings have punctures and
-    all together need. A recording with fewer keeps its status and a note."""
+    all together need. A recording with fewer keeps its status and a note. Calls with the same recordings may share
+    ``fits``."""
+    fits = InsertionFits() if fits is None else fits
     counts = sorted(len(each.events.punctures) for each in singles if each.events.punctures)
     if layers is None and counts:
-        layers = needed_layers(singles, min(statistics.mode(counts), MAX_LAYERS))
-    own = {single: _fitted(single, layers) for single in singles}
+        layers = fits.needed_layers(singles, min(statistics.mode(counts), MAX_LAYERS))
+    own = {single: _fitted(single, layers, fits) for single in singles}
     recordings = tuple(_recording(single, found, given) for single, found in own.items())
     parameters = pool([each.parameters for each in recordings if each.parameters])
     model, trouble = None, ()
@@ -74,12 +79,12 @@ def identify_insertion_layers(singles: list[SegmentedRecording], given: FitInput
     )
 
 
-def _fitted(single: SegmentedRecording, layers: int | None) -> InsertionFit | InputError:
+def _fitted(single: SegmentedRecording, layers: int | None, fits: InsertionFits) -> InsertionFit | InputError:
     """The layers of one recording, or the reason why it has none."""
     if single.events.contact is None or layers is None:
         return InputError("number of punctures", 0, "the model gradual_layers needs one in each layer")
     try:
-        return fit_insertion(single, layers)
+        return fits.fit(single, layers)
     except InputError as error:
         return error
 
@@ -93,23 +98,15 @@ def _values(parameters: dict[str, Estimate], layer: int) -> dict[str, float]:
 
 def _recording(single: SegmentedRecording, found: InsertionFit | InputError, given: FitInputs) -> RecordingFit:
     """The result of one recording with its own model along its own motion."""
-    notes = (*single.notes, *(note.message for note in single.recording.notes))
-    base = RecordingFit(
-        file=single.recording.place,
-        status=single.status,
-        recording=single.recording,
-        events=single.events,
-        strokes=single.strokes,
-        notes=notes,
-    )
+    base = replace(unfitted(single), strokes=single.strokes)
     if isinstance(found, InputError):
-        return replace(base, notes=(str(found), *notes))
+        return replace(base, notes=(str(found), *base.notes))
     own = {name: _estimate(name, found) for name in found.values}
     rows = [_values(own, layer) for layer in range(found.layers)]
     try:
         model = stacked(rows, needle=given.needle)
     except InputError as error:
-        return replace(base, parameters=own, notes=(*notes, NO_MODEL.format(error)))
+        return replace(base, parameters=own, notes=(*base.notes, NO_MODEL.format(error)))
     predicted = run_model(model, single.recording, own["contact_depth"].value, single.depth)
     predicted += own["force_offset"].value + single.drift.at(single.recording)
     inside = single.strokes.mask(len(predicted))
@@ -120,7 +117,7 @@ def _recording(single: SegmentedRecording, found: InsertionFit | InputError, giv
         layers=found,
         predicted=predicted,
         quality=residual,
-        notes=(*notes, *_missed(found, predicted, single)),
+        notes=(*base.notes, *_missed(found, predicted, single)),
     )
 
 

@@ -8,17 +8,17 @@ parameters at once; they start with each layer as its peak shows it, between the
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ... import core
 from ...core import Needle
 from ...errors import InputError
-from ...models.model import Insertion, Layer, Model
+from ...models.model import Layer, Model
 from ..models import UNKNOWN_TIP, half_angle
 from ..one_layer.loading_curves import FITS, LoadingCurve
 from ..one_layer.segmented_recording import SegmentedRecording, without_drift
@@ -80,6 +80,7 @@ HIGHEST = Scaled(
     friction=10.0,
     cutting=3.0,
 )
+_ANY_SPEED = core.Limits(max_speed=math.inf)
 EXPONENTS = 0.0, math.log(6.0)  # limits of the logarithm of that of a power law
 
 
@@ -146,9 +147,9 @@ class InsertionProblem:
         """The rows of x, whose last value is the zero."""
         return [Scaled(*row) for row in x[:-1].reshape(-1, SIZE).tolist()]
 
-    def model(self, x: np.ndarray) -> tuple[Model, float]:
-        """The model, and the depth [m] of its surface."""
-        return stacked(list(self.values_of_layers(x)), self.curve), self.contact + self.units[0] * float(x[0])
+    def surface(self, x: np.ndarray) -> float:
+        """Depth [m] of the first layer."""
+        return self.contact + self.units[0] * float(x[0])
 
     def values_of_layers(self, x: np.ndarray) -> Iterator[dict[str, float]]:
         """The parameters of each layer in SI, with its ``top`` below the first and the onset of the one before."""
@@ -174,8 +175,8 @@ class InsertionProblem:
 
     def forces(self, x: np.ndarray, depth: np.ndarray) -> np.ndarray:
         """Force (m,) [N] at increasing depths (m,) [m], with the zero."""
-        model, surface = self.model(x)
-        force = Insertion(model, max_speed=np.inf).forces(depth - surface, np.full(len(depth), STEP_S))
+        stack = [(top, core.Laws(**laws)) for top, laws in _laws_of_layers(self.values_of_layers(x), self.curve)]
+        force = core.Insertion(stack, _ANY_SPEED).forces(depth - self.surface(x), np.full(len(depth), STEP_S))
         if self.filter_length > 1:
             from scipy.ndimage import uniform_filter1d
 
@@ -222,7 +223,7 @@ class InsertionProblem:
 
 
 def stacked(
-    layers: list[dict[str, float]],
+    layers: Iterable[dict[str, float]],
     curve: LoadingCurve = CONE_CYLINDER,
     needle: Needle | None = None,
     name: str = "",
@@ -230,27 +231,10 @@ def stacked(
 ) -> Model:
     """The model of layers with the values of ``InsertionProblem.values_of_layers``; InputError for a value outside the
     range of a law."""
-    made: list[Layer] = []
-    for values in layers:
-        above = made[-1].top + made[-1].puncture.depth + MIN_TOP_M if made else 0.0
-        made.append(
-            Layer(
-                top=max(values["top"], above),
-                stiffness=curve.stiffness(values, half_angle(needle)),
-                puncture=core.laws.PunctureDepth(values["rupture_onset"]),
-                friction=core.laws.YieldingCoulomb(
-                    values["friction_per_length"], STEP_M, values["rupture_length"], values["rupture_exponent"]
-                ),
-                cutting=core.laws.ConstantCutting(values["cutting_force"], 2.0 * STEP_M),
-            )
-        )
-    first, *deeper = made
+    (_, first), *deeper = _laws_of_layers(layers, curve, needle)
     return Model(
-        stiffness=first.stiffness,
-        puncture=first.puncture,
-        friction=first.friction,
-        cutting=first.cutting,
-        deeper=tuple(deeper),
+        **first,
+        deeper=tuple(Layer(top=top, **laws) for top, laws in deeper),
         name=name or "model",
         summary="Identified from recordings.",
         reference=reference or "identified by needleforce",
@@ -259,13 +243,32 @@ def stacked(
     )
 
 
-def problem_of(single: SegmentedRecording, layers: int | None) -> InsertionProblem:
+def _laws_of_layers(
+    layers: Iterable[dict[str, float]], curve: LoadingCurve, needle: Needle | None = None
+) -> Iterator[tuple[float, dict[str, Any]]]:
+    """The top [m] of each layer, below the onset of the one before, and its laws by their part of the force."""
+    above = 0.0
+    for values in layers:
+        top, onset = max(values["top"], above), values["rupture_onset"]
+        above = top + onset + MIN_TOP_M
+        rupture = values["rupture_length"], values["rupture_exponent"]
+        yield (
+            top,
+            {
+                "stiffness": curve.stiffness(values, half_angle(needle)),
+                "puncture": core.laws.PunctureDepth(onset),
+                "friction": core.laws.YieldingCoulomb(values["friction_per_length"], STEP_M, *rupture),
+                "cutting": core.laws.ConstantCutting(values["cutting_force"], 2.0 * STEP_M),
+            },
+        )
+
+
+def problem_of(single: SegmentedRecording, layers: int) -> InsertionProblem:
     """The insertion with its falls, of which the strokes of a segmented recording lack the gradual ones."""
     recording, events = single.recording, single.events
-    count = min(len(events.punctures), MAX_LAYERS) if layers is None else layers
-    if not 0 < count <= len(events.punctures):
-        raise InputError("number of punctures", len(events.punctures), f"{count} layers need as many")
-    chosen = punctures_of_layers(events, count)
+    if not 0 < layers <= len(events.punctures):
+        raise InputError("number of punctures", len(events.punctures), f"{layers} layers need as many")
+    chosen = punctures_of_layers(events, layers)
     sharp = replace(events, punctures=tuple(replace(each, gradual=False) for each in events.punctures))
     strokes, _, _ = without_drift(recording, events, strokes_of(recording, sharp))
     peaks = [strokes.place_in(int(np.searchsorted(recording.time, each.time))) for each in chosen]

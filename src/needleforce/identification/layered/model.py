@@ -24,8 +24,9 @@ from .binned_cycle import without_outliers
 from .known_stiffness import disagreements
 from .model_selection import MIN_REPEATS, Candidate, as_good
 from .parameters import MIN_INDENTATION_M, MM, NO_RELAXATION, NO_SATURATION, LayerRow, prefix
+from .prediction import Ruptures
 from .search import MAX_OVER_NOISE, Solved
-from .uncertainty import absent
+from .uncertainty import OF_A_RUPTURE, absent
 
 NAMES = {form: name for name, form in LAYERED.items()}
 RELAXATION = {
@@ -39,6 +40,7 @@ SCAN_STEP_MM = 0.02  # [mm] of the interval of a rupture
 SCAN_RANGE_MM = 1.5  # [mm] on each side
 NUMERICAL = 2.5e-4  # [of the peak] what the bins of the fit leave
 NOT_IN_TABLE = "Nothing in these recordings determines {}: not in the table of parameters."
+HIDDEN = "No puncture, a fall of the force, shows a rupture: {} are by the law and the whole cycle alone."
 MAX_RESIDUAL_RATIO = 2.0  # over the median residual
 MAX_RESIDUAL = 0.1  # [of the peak] repeats of one specimen differ by less
 
@@ -234,9 +236,23 @@ def held_fixed(solved: Solved) -> tuple[str, ...]:
     return tuple(held)
 
 
-def not_identified(solved: Solved, parameters: dict[str, Estimate], undetermined: tuple[str, ...]) -> tuple[str, ...]:
+def behind_hidden(ruptures: Ruptures) -> list[str]:
+    """Names of the parameters of ruptures that no puncture shows, and of what is behind them: where a load ends and
+    friction begins, the law alone states then. Repeats that predict each other, with a puncture of one layer at least,
+    show those of the others."""
+    seen = [each.known for each in ruptures.scatter]
+    predicted = any(seen) and ruptures.scatter[0].count >= MIN_REPEATS
+    hidden = [] if predicted else [prefix(layer) for layer, known in enumerate(seen) if not known]
+    return [start + name for start in hidden for name in ("puncture_depth", *OF_A_RUPTURE)]
+
+
+def not_identified(
+    solved: Solved, parameters: dict[str, Estimate], undetermined: tuple[str, ...], ruptures: Ruptures
+) -> tuple[str, ...]:
     """What these recordings cannot identify."""
     found = [NOT_IN_TABLE.format(", ".join(undetermined))] if undetermined else []
+    hidden = [name for name in behind_hidden(ruptures) if name in parameters]
+    found += [HIDDEN.format(", ".join(hidden))] if hidden else []
     found += [
         "Moduli and Poisson ratio of the tissue: recordings identify the stiffness of the contact; a modulus needs "
         "the tip too.",

@@ -284,7 +284,8 @@ class _Compared:
             straight, behind = one.predicted[samples].copy(), depth > one.parameters[end].value
             if np.count_nonzero(behind) >= MIN_LINE:
                 left, z = (force[samples] - straight)[behind], depth[behind]
-                straight[behind] += np.polyval(np.polyfit(z, left, 1), z)
+                design = np.column_stack([z - z.mean(), np.ones_like(z)])  # of one depth: their mean
+                straight[behind] += design @ np.linalg.lstsq(design, left, rcond=None)[0]
             measured = force[samples] - zeros[0], force[samples] - zeros[1]
             modelled = straight - zeros[0], layered.predicted[samples] - zeros[1]
             strokes.append(_Stroke(samples, depth, measured, modelled))

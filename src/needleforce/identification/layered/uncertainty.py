@@ -73,9 +73,6 @@ class Uncertainty:
         Names of parameters at a limit of the search, whose intervals have no meaning.
     undecided : frozenset of str
         Names of saturation depths without which the fit is about as good: their intervals have no upper end.
-    refuted : bool
-        True if the residual is more than the noise: the law, or the minimum that the search found, is not that of the
-        tissue, and no interval about it is known to hold the truth, except of what was known beforehand.
     for_unit_noise : numpy.ndarray
         Variances (p,) that uncorrelated residuals of variance 1 would give.
     by_prior : numpy.ndarray or float
@@ -93,7 +90,6 @@ class Uncertainty:
     absent: frozenset[str] = frozenset()
     limited: frozenset[str] = frozenset()
     undecided: frozenset[str] = frozenset()
-    refuted: bool = False
     for_unit_noise: np.ndarray | float = np.nan
     by_prior: np.ndarray | float = 0.0
     known: dict[str, str] = field(default_factory=dict)
@@ -187,9 +183,7 @@ class Uncertainty:
                 low,
                 high,
                 between_repeats_sd=float(self.between_sd[k]) if enough else None,
-                identifiable=bool(
-                    identifiable and name not in self.limited and (name in self.known or not self.refuted)
-                ),
+                identifiable=bool(identifiable and name not in self.limited),
                 source=f"{source}, with {self.known[name]}" if name in self.known else source,
                 within_run_sd=float(self.within_sd[k]) if enough else None,
                 systematic=tuple(float(max(part, 0.0)) if np.isfinite(part) else 0.0 for part in systematic),

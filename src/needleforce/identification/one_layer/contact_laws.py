@@ -19,8 +19,9 @@ from .cycle_values import CycleFit
 from .deformation_fit import fitted_curve
 from .fit_recording import loading_samples
 from .loading_curves import CURVES, LoadingCurve
-from .model_errors import AFTER, strokes_below, widened
+from .model_errors import widened
 from .segmented_recording import SegmentedRecording
+from .strokes_below import AFTER, strokes_below
 
 BINS = 48  # of the samples in contact, as means: smooth curves lose nothing
 MIN_BINS = 12

@@ -12,28 +12,23 @@ kept apart from what noise gives, in ``systematic``, and how it moves the values
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 
-from ... import core
-from ...vocabulary import SMALLEST
 from ..estimates import Estimate
-from ..statistics.noise import ONE_IN_40, SIGNIFICANT, TWO_SIDED, noise_of, slow_noise, student_quantile
+from ..statistics.noise import ONE_IN_40, SIGNIFICANT, TWO_SIDED, noise_of, student_quantile
 from ..statistics.regression import inverse
 from ..timing import MAX_LAG_S
 from .cycle_values import CycleFit
-from .loading_curves import CURVES, FITS
+from .loading_curves import FITS
 from .segmented_recording import SegmentedRecording
+from .strokes_below import AFTER, Stroke, bends_of, strokes_below
 
-AFTER = ("friction_per_length", "cutting_force")
 BENDS = {"time": ONE_IN_40, "bend": SIGNIFICANT}
 """[standard errors] of the growth of friction that noise does not explain, by the bend that shows it. The friction at
 the contact by the insertion alone is an extrapolation: its interval would be wide for nothing more often."""
-INTACT = 1e-4  # of the contact that a gradual rupture leaves, so that none of it is in the friction behind
 SURE = SIGNIFICANT / TWO_SIDED  # [half widths] from which on a difference between strokes is named
-MIN_SAMPLES = 20  # of a stroke in the tissue, for a line of its own
 DISAGREE = (
     "Insertion and withdrawal disagree on the friction per length: {own} by themselves, {together:.3g} N/m together. "
     "The surface may hold the shaft or rest on it, the tissue may be dragged along or differ over the depth: the "
@@ -49,117 +44,10 @@ ALONE = (
     "Below the puncture the friction per length is {own} by the slope of the insertion, {together:.3g} N/m in the fit: "
     "the intervals of friction and cutting force hold both."
 )
-CHANGES = (
-    "Insertion and withdrawal are bent as by friction per length that changes with time, from {:.3g} N/m at the start "
-    "of the recording to {:.3g} N/m at the exit: friction may age, or the gain of the sensor drift. The intervals hold "
-    "what that gives at the start."
-)
-BENT = (
-    "The insertion below the puncture is bent, as by friction per length that begins with {:.3g} N/m and changes with "
-    "time or depth: the intervals of friction and cutting force hold that too."
-)
-
 LATE = (
     "The withdrawal by itself does not end at the contact, as behind a lag between force and depth, which the start of "
     "the withdrawal allows: the intervals of the depths hold that too."
 )
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Stroke:
-    """One stroke below the puncture: embedded length (n,) [m] and force (n,) [N] without the zero, positive against
-    insertion, and time (n,) since the recording's start over that up to the exit, which is ``touched`` at the contact;
-    ``inwards`` is the sign of its friction. Sums over its samples are computed once."""
-
-    length: np.ndarray
-    force: np.ndarray
-    time: np.ndarray
-    touched: float
-    inwards: bool
-    filter_length: int
-
-    @cached_property
-    def line(self) -> np.ndarray:
-        """The straight lines (2, n) that a stroke by itself allows: friction, and any level."""
-        return np.array([self.length if self.inwards else -self.length, np.ones_like(self.length)])
-
-    @cached_property
-    def shown(self) -> np.ndarray:
-        """1 (2,) for friction per length and, in the insertion, for the cutting force: the lines that strokes share."""
-        return np.array([1.0, float(self.inwards)])
-
-    @cached_property
-    def products(self) -> np.ndarray:
-        """Sums of products (3, 3) of the lines and the force."""
-        return core.gram(np.vstack([self.line, self.force]))
-
-    @cached_property
-    def gram(self) -> np.ndarray:
-        """Those (2, 2) of the derivatives by friction per length and cutting force."""
-        return self.products[:2, :2] * np.outer(self.shown, self.shown)
-
-    @cached_property
-    def bread(self) -> np.ndarray:
-        """Inverse (2, 2) of the products of the lines."""
-        return inverse(self.products[:2, :2])
-
-    @cached_property
-    def bent(self) -> np.ndarray:
-        """What its own line leaves (n,) [N]; a line that both strokes share leaves misfit in it."""
-        return self.force - self.own @ self.line
-
-    @cached_property
-    def noise(self) -> float:
-        """Long-run variance [N²] of what its own parabola leaves: a bend is no noise, which would hide it."""
-        curve = self.length**2
-        curve = curve - self.bread @ (self.line @ curve) @ self.line
-        left = self.bent - curve * float(curve @ self.bent) / max(float(curve @ curve), SMALLEST)
-        return noise_of(left, len(left), self.filter_length, 3.0).long_run
-
-    @cached_property
-    def slow(self) -> float:
-        """The same with its slow misfit."""
-        return slow_noise(self.bent, self.line.T, self.noise)
-
-    @cached_property
-    def own(self) -> np.ndarray:
-        """Friction per length and level of this stroke alone, (2,)."""
-        return self.bread @ self.products[:2, 2]
-
-    @cached_property
-    def halves(self) -> np.ndarray:
-        """The half widths (2,) of their intervals."""
-        return TWO_SIDED * np.sqrt(self.slow * self.bread.diagonal())
-
-
-def strokes_below(fit: CycleFit, single: SegmentedRecording) -> list[Stroke]:
-    """The strokes of a fit below its puncture, those with enough samples."""
-    strokes, time = single.strokes, single.recording.time
-    contact, zero, w = fit.values["contact_depth"], fit.values["force_offset"], fit.puncture.left_out
-    used = slice(max(fit.puncture.before, _fallen(fit, strokes.depth_in)) + w, len(strokes.depth_in) - w)
-    cut = strokes.depth_in[used] - contact, strokes.force_in[used] - zero, time[strokes.index_in[used]]
-    back = strokes.depth_out[w:] - contact, strokes.force_out[w:] - zero, time[strokes.index_out[w:]]
-    inside = back[0] > 0.0
-    parts = [(*cut, True), (*(each[inside] for each in back), False)]
-    parts = [part for part in parts if len(part[0]) >= MIN_SAMPLES]
-    if not parts:
-        return []
-    lasts = float(parts[-1][2][-1] - time[0])
-    touched = time[strokes.index_in[min(int(np.searchsorted(strokes.depth_in, contact)), used.start)]]
-    shared = {"touched": float(touched - time[0]) / lasts, "filter_length": single.recording.card.filter_length}
-    return [
-        Stroke(length=length, force=force, time=(times - time[0]) / lasts, inwards=inwards, **shared)
-        for length, force, times, inwards in parts
-    ]
-
-
-def _fallen(fit: CycleFit, depth: np.ndarray) -> int:
-    """The first sample of the insertion at a ``depth`` (n,) [m] behind a gradual rupture; 0 for a sharp one."""
-    values = fit.values
-    if "rupture_length" not in values:
-        return 0
-    length = values["rupture_length"] * math.log(1.0 / INTACT) ** (1.0 / values["rupture_exponent"])
-    return int(np.searchsorted(depth, values["contact_depth"] + values["rupture_onset"] + length))
 
 
 def with_misfit_below(single: SegmentedRecording, law: str) -> SegmentedRecording:
@@ -181,21 +69,25 @@ def with_misfit_below(single: SegmentedRecording, law: str) -> SegmentedRecordin
     parts = strokes_below(fit, single)
     if not parts or not parts[0].inwards:
         return single
-    random = _random_shares(fit, parts)
-    others, bends = _disagreeing(fit, parts, random["friction_per_length"]), _bends(fit, parts)
-    moved = {cause: bend.moved(fit) for cause, bend in bends.items()}
-    sizes = {cause: bend.significance for cause, bend in bends.items()}
-    fit = replace(fit, strokes_alone=_strokes_alone(fit, parts) | moved, bends=sizes)
-    shown = {cause: bend for cause, bend in bends.items() if abs(sizes[cause]) > BENDS[cause]}
+    random, bends = _random_shares(fit, parts), bends_of(fit, parts)
+    alone = {part.name: _with_friction(fit, parts[0], part, _level(fit, parts)) for part in parts}
+    others = {name: alone[name] for name in _disagreeing(fit, parts, random["friction_per_length"])}
+    bent = {cause: bend.applied(fit) for cause, bend in bends.items()}
     late = _other_instants(fit, parts, single)
-    changed = {cause: bend.applied(fit) for cause, bend in shown.items()} | late
-    sentences = [bend.sentence for bend in shown.values() if abs(bend.significance) > SIGNIFICANT] + [LATE] * len(late)
-    fit = _with_rounded_zero(_with_slow_noise(fit, parts), parts, single.force_step)
+    shown = {cause: bent[cause] for cause, bend in bends.items() if abs(bend.significance) > BENDS[cause]}
+    sentences = [bend.sentence for bend in bends.values() if abs(bend.significance) > SIGNIFICANT] + [LATE] * len(late)
+    moved = {
+        cause: {name: each.values[name] - fit.values[name] for name in AFTER} for cause, each in (alone | bent).items()
+    }
+    if len(parts) > 1:
+        moved["level"] = dict(zip(AFTER, (0.0, float(parts[1].own[1]))))
+    fit = replace(fit, strokes_alone=moved, bends={cause: bend.significance for cause, bend in bends.items()})
+    fit = _with_errors(fit, _slow_misfit(fit, parts) | _rounded_zero(parts, single.force_step))
     if others:
         sentences = [each for each in (_sentence(fit, parts), *sentences) if each]
         fit = _with_random(fit, random)
     notes = tuple(dict.fromkeys((*single.law_notes.get(law, ()), *sentences)))
-    fits = single.fits | {law: widen_to_cover(fit, others | changed)}
+    fits = single.fits | {law: widen_to_cover(fit, others | shown | late)}
     return replace(single, fits=fits, law_notes=single.law_notes | {law: notes})
 
 
@@ -237,117 +129,50 @@ def _with_random(fit: CycleFit, shares: Mapping[str, float]) -> CycleFit:
     return replace(fit, systematic=systematic)
 
 
-def _with_slow_noise(fit: CycleFit, parts: list[Stroke]) -> CycleFit:
-    """The fit with what the strokes' slow noise adds to the variance of friction and cutting force."""
+def _slow_misfit(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, float]]:
+    """How far friction and cutting force move together by what the strokes' slow noise adds to their variance."""
     noises = dict(zip((True, False), fit.residuals.noises))
     more = [max(part.slow - max(part.noise, noises[part.inwards].long_run), 0.0) for part in parts]
     if not any(each > 0.0 for each in more):
-        return fit
+        return {}
     bread = inverse(sum(part.gram for part in parts))
-    added = bread @ sum(each * part.gram for each, part in zip(more, parts)) @ bread
-    low, high = dict(fit.low), dict(fit.high)
-    for name, variance in zip(AFTER, added.diagonal()):
-        value, half = fit.values[name], TWO_SIDED * math.sqrt(max(float(variance), 0.0))
-        low[name] = min(value - math.hypot(value - low[name], half), low[name])
-        high[name] = value + math.hypot(high[name] - value, half)
-    sizes, axes = np.linalg.eigh(added)
+    sizes, axes = np.linalg.eigh(bread @ sum(each * part.gram for each, part in zip(more, parts)) @ bread)
     moved = TWO_SIDED * np.sqrt(np.maximum(sizes, 0.0)) * axes * np.where(axes[0] < 0.0, -1.0, 1.0)
-    names = ("slower misfit", "slow misfit")
-    return widened(fit, low, high, {name: dict(zip(AFTER, axis)) for name, axis in zip(names, moved.T.tolist())})
+    return {name: dict(zip(AFTER, axis)) for name, axis in zip(("slower misfit", "slow misfit"), moved.T.tolist())}
 
 
-def _with_rounded_zero(fit: CycleFit, parts: list[Stroke], step: float) -> CycleFit:
-    """The fit with what half a ``step`` [N] of the force, by which rounding may move the zero, does to its strokes."""
+def _rounded_zero(parts: list[Stroke], step: float) -> dict[str, dict[str, float]]:
+    """How far they move by half a ``step`` [N] of the force, by which rounding may move the zero."""
     if step <= 0.0:
-        return fit
+        return {}
     sums = sum(part.shown * part.line.sum(axis=1) for part in parts)
-    moved = dict(zip(AFTER, (0.5 * step * (inverse(sum(part.gram for part in parts)) @ sums)).tolist()))
-    low = {name: fit.values[name] - math.hypot(fit.values[name] - fit.low[name], moved[name]) for name in AFTER}
-    high = {name: fit.values[name] + math.hypot(fit.high[name] - fit.values[name], moved[name]) for name in AFTER}
-    return widened(fit, fit.low | low, fit.high | high, {"rounding": moved})
+    moved = 0.5 * step * (inverse(sum(part.gram for part in parts)) @ sums)
+    return {"rounding": dict(zip(AFTER, moved.tolist()))}
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Bend:
-    """``growth`` of the friction per length [N/m] over the time by the bend of strokes, with its standard ``error``;
-    friction per length before it and cutting force then, ``after`` (2,), and their half widths; and the share of the
-    time up to the puncture, None where the gain of the sensor may not have changed so."""
-
-    growth: float
-    error: float
-    after: np.ndarray
-    halves: np.ndarray
-    puncture: float | None
-
-    @property
-    def significance(self) -> float:
-        """The growth in standard errors."""
-        return self.growth / self.error
-
-    @property
-    def sentence(self) -> str:
-        """What it may be, for a note."""
-        return (BENT if self.puncture is None else CHANGES).format(*self.after[:1], self.after[0] + self.growth)
-
-    def moved(self, fit: CycleFit) -> dict[str, float]:
-        """How far friction and cutting force move with it."""
-        return {name: float(value) - fit.values[name] for name, value in zip(AFTER, self.after)}
-
-    def applied(self, fit: CycleFit) -> CycleFit:
-        """The fit with it, and with the gain that the sensor then has at the puncture."""
-        low, high, values = dict(fit.low), dict(fit.high), dict(fit.values)
-        for name, value, half in zip(AFTER, self.after.tolist(), self.halves.tolist()):
-            values[name], low[name], high[name] = value, value - half, value + half
-        if self.puncture is not None and self.after[0] > 0.0:
-            gain = max(1.0 + self.puncture * self.growth / float(self.after[0]), 0.5)
-            for name in ("puncture_force", *CURVES[FITS[fit.law].law.name].amplitudes):
-                values[name], low[name], high[name] = (each[name] / gain for each in (values, low, high))
-        return replace(fit, values=values, low=low, high=high)
+def _with_errors(fit: CycleFit, causes: Mapping[str, Mapping[str, float]]) -> CycleFit:
+    """The fit with independent errors of friction and cutting force by these ``causes``."""
+    if not causes:
+        return fit
+    low, high = dict(fit.low), dict(fit.high)
+    for name in AFTER:
+        value, halves = fit.values[name], [moved[name] for moved in causes.values()]
+        low[name] = value - math.hypot(value - low[name], *halves)
+        high[name] = value + math.hypot(high[name] - value, *halves)
+    return widened(fit, low, high, causes)
 
 
-def _bends(fit: CycleFit, parts: list[Stroke]) -> dict[str, Bend]:
-    """The bend that both strokes share, by a force that grows with the time since the recording's start, and that of
-    the insertion alone, by friction that grows with the logarithm of the time since the contact, as contacts age, or
-    with depth. Any line of each stroke is left out of the bend, so that strokes that disagree are not bent."""
-    touched = parts[0].touched
-    scale = max(float(parts[0].time[0]) - touched, SMALLEST)
-    found = {"bend": _bend(fit, parts[:1], lambda time: np.log1p(np.maximum(time - touched, 0.0) / scale))}
-    return found | {"time": _bend(fit, parts, lambda time: time)} if len(parts) > 1 else found
-
-
-def _bend(fit: CycleFit, parts: list[Stroke], growing: Callable) -> Bend:
-    """The bend of strokes by friction that grows as ``growing`` of the time."""
-    along, across, force, lever = 0.0, 0.0, np.zeros(2), np.zeros(2)
-    for part in parts:
-        column, noise = part.line[0] * growing(part.time), max(part.noise, SMALLEST)
-        common = part.line @ column
-        along += float(column @ part.bent) / noise
-        across += float(column @ column - common @ part.bread @ common) / noise
-        force, lever = force + part.shown * part.products[:2, 2], lever + part.shown * common
-    growth, error = along / max(across, SMALLEST), 1.0 / math.sqrt(max(across, SMALLEST))
-    bread = inverse(sum(part.gram for part in parts))
-    force, lever = bread @ force, bread @ lever
-    noise = np.array([0.5 * (fit.high[name] - fit.low[name]) for name in AFTER])
-    halves = np.hypot(noise, TWO_SIDED * np.sqrt(parts[0].noise * bread.diagonal() + (error * lever) ** 2))
-    puncture = float(parts[0].time[0]) if len(parts) > 1 else None
-    return Bend(growth=growth, error=error, after=force - growth * lever, halves=halves, puncture=puncture)
-
-
-def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> dict[str, CycleFit]:
-    """The fit with the friction of a stroke by itself, for each stroke that disagrees with it; ``share`` of the
-    interval of the fit is random."""
-    name = "friction_per_length"
+def _disagreeing(fit: CycleFit, parts: list[Stroke], share: float) -> list[str]:
+    """The strokes that disagree with the friction of the fit, of whose interval a ``share`` is random."""
+    name, level = "friction_per_length", _level(fit, parts)
     value, (below, above) = fit.values[name], fit.systematic_part(name)
     half = share * 0.5 * (fit.high[name] - fit.low[name] - below - above)
-    level = _level(fit, parts)
     best = min(parts, key=lambda part: part.halves[0])
-    found = {}
+    found = []
     for part in parts:
         change, error = float(part.own[0]) - value, math.hypot(half, part.halves[0])
-        away = not -below - error <= change <= above + error
-        if away or (level and part is best):
-            other = _with_friction(fit, parts[0], float(part.own[0]), float(part.halves[0]), float(level))
-            found["insertion" if part.inwards else "withdrawal"] = other
+        if not -below - error <= change <= above + error or (level and part is best):
+            found.append(part.name)
     return found
 
 
@@ -389,19 +214,6 @@ def _other_instants(fit: CycleFit, parts: list[Stroke], single: SegmentedRecordi
     return {"lag": replace(fit, **dict(zip(("values", "low", "high"), moved)))}
 
 
-def _strokes_alone(fit: CycleFit, parts: list[Stroke]) -> dict[str, dict[str, float]]:
-    """How far friction and cutting force move if one stroke alone decides on friction, and if the level at which the
-    withdrawal ends is one of the insertion too."""
-    found = {}
-    for part in parts:
-        friction, level = part.own
-        moved = _with_friction(fit, parts[0], float(friction), 0.0, 0.0).values
-        found["insertion" if part.inwards else "withdrawal"] = {name: moved[name] - fit.values[name] for name in AFTER}
-        if not part.inwards:
-            found["level"] = dict(zip(AFTER, (0.0, float(level))))
-    return found
-
-
 def with_shared_readings(pooled: dict[str, Estimate], cycles: Sequence[CycleFit]) -> dict[str, Estimate]:
     """Pooled estimates whose intervals hold what a stroke alone gives where repeats show together, by Student's t at
     the level of the intervals, that it differs: a difference within the noise of each may be none of their mean. Of
@@ -427,11 +239,12 @@ def _holding(estimate: Estimate, change: float) -> Estimate:
     return replace(estimate, low=max(low, min(estimate.low, 0.0)), high=high, systematic=(below, above))
 
 
-def _with_friction(fit: CycleFit, insertion: Stroke, friction: float, half: float, level: float) -> CycleFit:
-    """The fit with another ``friction`` [N/m], its ``half`` width, and the cutting force that follows from the
-    insertion's mean, with the errors of contact depth and zero; embedding that begins elsewhere changes it by the
-    withdrawal's ``level`` [N] at the contact."""
-    friction, (mean, force) = max(friction, 0.0), (insertion.products[1, ::2] / len(insertion.force)).tolist()
+def _with_friction(fit: CycleFit, insertion: Stroke, part: Stroke, level: float) -> CycleFit:
+    """The fit with the friction of a stroke by itself, and the cutting force that follows from the insertion's mean,
+    with the errors of contact depth and zero; embedding that begins elsewhere changes it by the withdrawal's ``level``
+    [N] at the contact."""
+    friction, half = max(float(part.own[0]), 0.0), float(part.halves[0])
+    mean, force = (insertion.products[1, ::2] / len(insertion.force)).tolist()
     cutting = force - friction * mean
     contact, zero = (0.5 * (fit.high[name] - fit.low[name]) for name in ("contact_depth", "force_offset"))
     width = math.hypot(half * mean, *np.nan_to_num([friction * contact, zero]))

@@ -56,6 +56,16 @@ class DrawnRepeat:
         return self.indentation[0] + 1e3 * (broke.depth - recording.depth[0]), broke.force
 
     @property
+    def strokes(self) -> tuple[np.ndarray, np.ndarray]:
+        """True for the samples (n,) of each stroke."""
+        return self.inward, self.outward
+
+    @property
+    def zero(self) -> float:
+        """Its identified zero of the force [N]; 0 without one."""
+        return self.fit.parameters["force_offset"].value if "force_offset" in self.fit.parameters else 0.0
+
+    @property
     def residual(self) -> np.ndarray:
         """Measured minus modelled force (n,) [N]."""
         return self.measured - self.model

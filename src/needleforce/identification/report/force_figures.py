@@ -181,6 +181,7 @@ def before_puncture(shown: Sequence[DrawnRepeat], model: Model | None, shared: b
     contact = "the identified" if shared else "its own"
     start = f"Every repeat from {contact} contact; circles are" if len(shown) > 1 else "From contact; the circle is"
     caption = f"{start} the first puncture as measured. {_law(model)}"
+    caption += " The identified zero of the force is subtracted." if any(one.zero for one in shown) else ""
     draw = partial(draw_before_puncture, drawn=shown, model=model)
     return titled("stiffness", title, caption, draw, (250, 230), side_caption=True)
 
@@ -201,8 +202,9 @@ def draw_before_puncture(figure: "Drawing", sheet: Sheet, drawn: Sequence[DrawnR
     curves = []
     for one in drawn:
         part = loading(one)
-        curves.append(line(axes, one.indentation[part], one.measured[part], columns, **repeat_style(one, len(drawn))))
-    peaks = np.array([one.puncture for one in drawn if one.puncture is not None])
+        force = one.measured[part] - one.zero
+        curves.append(line(axes, one.indentation[part], force, columns, **repeat_style(one, len(drawn))))
+    peaks = np.array([np.subtract(one.puncture, (0.0, one.zero)) for one in drawn if one.puncture is not None])
     if model is not None:
         end = _puncture_near(model, np.median(peaks[:, 0]) if len(peaks) else np.nan)
         depth = np.linspace(0.0, end * (1.0 - 1e-9), _STEPS)

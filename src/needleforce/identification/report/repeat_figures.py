@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Drawing
 
 RESIDUAL = "measured − model [N]"
+SHOWN = 0.95  # share of the depths whose residuals the axis holds
 OFFSET = {"textcoords": "offset points", "va": "bottom"}
 
 
@@ -55,19 +56,34 @@ def residuals(drawn: Sequence[DrawnRepeat], quality: Quality | None) -> list[Fig
     )
     among = " without anomalous recordings" if any(one.anomalous for one in shown) else ""
     band = f"Orange band: ± the rms residual, {plain(rms, 'N', rms)}."
-    caption = f"{lines}. Grey: range of all samples{among}. {band}"
-    draw = partial(draw_residuals, drawn=shown, rmse=rms)
+    limit, largest = _reach(shown)
+    beyond = f" The axis holds {100 * SHOWN:.0f} % of the depths; the largest residual is {plain(largest, 'N', rms)}."
+    caption = f"{lines}. Grey: range of all samples{among}. {band}{beyond if limit < largest else ''}"
+    draw = partial(draw_residuals, drawn=shown, rmse=rms, limit=max(limit, 1.3 * rms))
     return [titled("residuals", "Residuals over depth", caption, draw, (220, 400))]
 
 
-def draw_residuals(figure: "Drawing", sheet: Sheet, drawn: Sequence[DrawnRepeat], rmse: float) -> None:
-    """Measured minus modelled force over indentation, a panel for each stroke, with a band of ± the rms residual."""
+def _reach(drawn: Sequence[DrawnRepeat]) -> tuple[float, float]:
+    """The residual [N] that all but a few of the depths do not exceed, as where friction reverses, and the largest."""
+    parts = [binned(one.indentation[each], one.residual[each], _edges(drawn)) for one in drawn for each in one.strokes]
+    sizes = np.abs(np.concatenate([np.concatenate(limits) for _, *limits in parts]))
+    sizes = sizes[np.isfinite(sizes)]
+    return 1.15 * float(np.quantile(sizes, SHOWN)), float(sizes.max())
+
+
+def _edges(drawn: Sequence[DrawnRepeat]) -> np.ndarray:
+    """Limits of the depths [mm] of which residuals are means."""
+    return np.linspace(0.0, max(one.indentation.max() for one in drawn), 141)
+
+
+def draw_residuals(figure: "Drawing", sheet: Sheet, drawn: Sequence[DrawnRepeat], rmse: float, limit: float) -> None:
+    """Measured minus modelled force over indentation up to ± ``limit`` [N], a panel for each stroke, with ± the rms."""
     rows, columns = (2, 1) if sheet.narrow else (1, 2)
     both = panels(figure, sheet, rows, columns, sharex=True, sharey=True).ravel()
-    edges = np.linspace(0.0, max(one.indentation.max() for one in drawn), 141)
-    for axes, name, stroke in zip(both, ("insertion", "withdrawal"), ("inward", "outward")):
+    for axes, name, stroke in zip(both, ("insertion", "withdrawal"), (0, 1)):
         axes.axhspan(-rmse, rmse, color=MODEL, alpha=0.2, lw=0)
-        _bins(axes, drawn, stroke, edges)
+        _bins(axes, drawn, stroke)
+        axes.set_ylim(-limit, limit)
         axes.axhline(0.0, color=MODEL, lw=1.0)
         axes.tick_params(labelbottom=True, labelleft=True)
         axis_names(axes, INDENTATION, RESIDUAL)
@@ -76,9 +92,10 @@ def draw_residuals(figure: "Drawing", sheet: Sheet, drawn: Sequence[DrawnRepeat]
     both[-1].annotate("± rms", (1.0, rmse), (-2, 1), ha="right", color=MODEL, fontsize=TEXT - 1, **place)
 
 
-def _bins(axes: "Axes", drawn: Sequence[DrawnRepeat], stroke: str, edges: np.ndarray) -> None:
+def _bins(axes: "Axes", drawn: Sequence[DrawnRepeat], stroke: int) -> None:
     """The mean residual of each repeat at each depth as a line, over the grey range of all samples of all repeats."""
-    found = [binned(one.indentation[getattr(one, stroke)], one.residual[getattr(one, stroke)], edges) for one in drawn]
+    edges = _edges(drawn)
+    found = [binned(one.indentation[one.strokes[stroke]], one.residual[one.strokes[stroke]], edges) for one in drawn]
     middle = 0.5 * (edges[1:] + edges[:-1])
     normal = [bins for one, bins in zip(drawn, found) if not one.anomalous] or found
     low, high = np.fmin.reduce([low for _, low, _ in normal]), np.fmax.reduce([high for _, _, high in normal])

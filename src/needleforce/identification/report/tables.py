@@ -138,8 +138,10 @@ def _value(estimate: Estimate | None) -> str:
     """A value of a recording's own fit; a puncture that it did not reach has none."""
     if estimate is None:
         return ""
-    reached = estimate.identifiable or not estimate.name.endswith("puncture_depth")
-    return quantity(estimate.value, estimate.low, estimate.high, estimate.unit).text if reached else "not reached"
+    if estimate.name.endswith("puncture_depth") and estimate.high == math.inf:
+        return "not reached"
+    text = quantity(estimate.value, estimate.low, estimate.high, estimate.unit).text
+    return text if estimate.identifiable else f"not identified: {text}"
 
 
 def event_table(recordings: Sequence[RecordingFit]) -> Markup:

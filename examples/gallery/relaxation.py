@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: Apache-2.0
+"""
+Relaxation in a hold
+====================
+
+Tissue under load gives way while the needle stands still. With two Prony terms half of the elastic force goes in a
+second and a fifth in ten; a new push starts from what is left. Without relaxation the force would stay.
+"""
+
+import matplotlib.pyplot as plt
+
+import needleforce as nf
+
+motion = nf.Motion(-1e-3, ((2.5e-3, 3e-3), (2.5e-3, 15.0), (3e-3, 1e-3), (3e-3, 15.0)))
+relaxing = nf.laws.Prony(share_1=0.3, time_1=0.7, share_2=0.2, time_2=8.0)
+for name, relaxation in (("relaxes", relaxing), ("does not", nf.laws.NoRelaxation())):
+    run = nf.simulate(nf.preset("paper").replace(relaxation=relaxation), motion, 200.0)
+    plt.plot(run.time, run.force, label=name)
+plt.xlabel("time [s]")
+plt.ylabel("force [N]")
+plt.legend(title="contact")
+plt.show()
