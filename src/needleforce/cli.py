@@ -3,32 +3,18 @@
 
 import os
 import sys
+from importlib import import_module
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
 
-from .commands import (
-    bench_tests,
-    campaign,
-    compare,
-    convert,
-    demo,
-    export,
-    identify,
-    indentation,
-    inspect,
-    laws,
-    penetration,
-    presets,
-    record,
-    rest,
-    rig,
-    simulate,
-    steer,
-    study,
-)
+from .commands import bench_tests, inspect, steer
 from .commands.output import prepare_streams, say, typed
+
+COMMANDS = ("demo", "inspect", "simulate", "identify", "campaign", "study", "compare", "indentation", "penetration",
+            "convert", "export", "record", "rest", "rig", "laws", "presets")  # fmt: skip
+"""Each in the module of its name, in the order of the help."""
 
 
 class Commands(TyperGroup):
@@ -59,26 +45,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 app.command(name=inspect.PLACE)(inspect.first_look)
-for command in (
-    demo,
-    inspect,
-    simulate,
-    identify,
-    campaign,
-    study,
-    compare,
-    indentation,
-    penetration,
-    convert,
-    export,
-    record,
-    rest,
-    rig,
-    laws,
-    presets,
-):
-    app.command(name=command.NAME)(command.run)
-app.add_typer(steer.app, name=steer.NAME)
+for name in COMMANDS:
+    app.command(name=name)(import_module(f".commands.{name}", __package__).run)
+app.add_typer(steer.app, name="steer")
 app.command(name="tension")(bench_tests.tension)
 app.command(name="bending")(bench_tests.bending)
 

@@ -37,6 +37,28 @@ def test_the_floor_is_the_mean_of_the_others():
     assert np.isfinite(found).all()
 
 
+def test_the_curve_of_one_held_out_repeat_is_kept():
+    """That with the median floor: over the own peak 0.2 / 0.9, 0.05 and 0.25 / 1.2, which is the third."""
+    singles = [segmented(scaled(factor)) for factor in (0.9, 1.0, 1.2)]
+    found = cross_validate(singles, FakeFit)
+    cycle = measured_cycle(singles[2])
+    np.testing.assert_array_equal(found.shown.measured, cycle.force)
+    np.testing.assert_allclose(found.shown.others, 0.95 / 1.2 * cycle.force, atol=2e-3)
+    np.testing.assert_allclose(cycle.errors(found.shown.predicted), found.prediction[2])
+
+
+class FakeFit:
+    """Predicts the force of the first of its repeats."""
+
+    identified_model = "any"
+
+    def __init__(self, repeats):
+        self.force = repeats[0].recording.force
+
+    def predict(self, recording, events=None):
+        return self.force
+
+
 def test_repeats_of_another_motion_do_not_count():
     deeper = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=16e-3, hold=1.0)
     faster = nf.Motion.insert(start=-3e-3, speed=5e-3, depth=14e-3, hold=1.0)

@@ -40,9 +40,21 @@ def test_parameters_are_attributes_too(fit):
 def test_html_is_a_table_and_escaped(fit, recording):
     for shown in (fit, recording, fit.model, fit.parameters):
         html = shown._repr_html_()
-        assert "<table" in html and html.count("<script") == (shown is fit)  # its own, for its drawing
+        drawn = shown is fit or shown is recording
+        assert "<table" in html and html.count("<svg") == html.count("<script") == drawn  # a drawing has its own
     named = nf.Recording(time=[0, 1], depth=[0, 1], force=[0, 1], card=type(recording.card)(source="<script>x"))
-    assert "<script>" not in named._repr_html_()
+    assert "&lt;script&gt;x" in named._repr_html_() and named._repr_html_().count("<script") == 1
+
+
+def test_estimates_events_and_looks_print_what_a_reader_asks(fit, recording, root):
+    force = fit.parameters.cutting_force
+    assert repr(force) == f"<Estimate {force}>" and str(force) == f"cutting_force: {force.shown}"
+    events = nf.segment(recording)
+    lines = {line.split()[0]: line for line in repr(events).splitlines() if line.split()}
+    assert f"{1e3 * events.punctures[0].depth:.3f}" in lines["puncture"] and "N" in lines["contact"]
+    assert "- hold:" in repr(events) and "np." not in repr((force, events)) and "<table" in events._repr_html_()
+    look = nf.read(root / "examples" / "insertion.csv", dry_run=True)
+    assert repr(look) == str(look) and look._repr_html_().count("<table") == 3
 
 
 def test_a_dataframe_has_the_values(fit, recording):

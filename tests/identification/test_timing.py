@@ -8,7 +8,7 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.motion import DepthSignal
-from needleforce.identification.timing import MAX_LAG_S, SIGNIFICANT, lag_search, undeclared_filter
+from needleforce.identification.timing import MAX_LAG_S, SIGNIFICANT, filter_of_the_fall, lag_search, undeclared_filter
 
 NOISE = 4e-3
 
@@ -133,3 +133,14 @@ def test_identify_reports_both_with_their_size(run):
     fit = nf.identify(lagging(run, 0.05, 0), model="paper")
     assert any("behind the depth" in note for note in fit.recordings[0].notes)
     assert any("not of the same instant" in warning for warning in fit.warnings)
+
+
+def test_a_recording_that_ends_in_the_fall_shows_no_filter(run):
+    """Its samples need not fill the last block of those that are averaged."""
+    fast = np.linspace(run.time[0], run.time[-1], 40 * len(run))
+    force = np.convolve(np.interp(fast, run.time, run.force), np.full(4000, 1.0 / 4000), "same")
+    first = nf.segment(nf.Recording(time=fast, depth=np.interp(fast, run.time, run.depth), force=force)).punctures[0]
+    for more in range(1, 2000, 150):
+        kept = slice(0, first.end + more)
+        cut = nf.Recording(time=fast[kept], depth=np.interp(fast[kept], run.time, run.depth), force=force[kept])
+        filter_of_the_fall(cut, nf.segment(cut))

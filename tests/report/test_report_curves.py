@@ -1,11 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
 """The curves drawn: reduced samples keep their peaks; the correct recording; the correct stroke."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
-from needleforce.display.canvas import envelope
+from needleforce.display.canvas import FULL, envelope
+from needleforce.identification.estimates import Estimate
 from needleforce.identification.report.curves import anomalous_recordings, binned, loading, repeats, representative
+from needleforce.identification.report.force_figures import draw_before_puncture
+from needleforce.identification.report.repeat_figures import residuals
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.3, 0.99])
@@ -53,3 +59,25 @@ def test_the_median_recording_represents_and_the_anomalous_one_is_found(make_fit
     assert anomalous_recordings(make_fit(2, anomalous=2).recordings) == set()
     assert representative(repeats(fit.recordings, None)).number != 2
     assert representative(()) is None
+
+
+def test_the_identified_zero_is_taken_off_before_the_puncture(make_fit):
+    (one,) = make_fit().recordings
+    zero = {"force_offset": Estimate("force_offset", 0.05, "N", 0.04, 0.06)}
+    shifted = replace(one, recording=replace(one.recording, force=one.recording.force + 0.05), parameters=zero)
+    drawn = []
+    for each in (one, shifted):
+        figure = Figure(figsize=(8.9, 3.5), dpi=72)
+        draw_before_puncture(figure, FULL, repeats([each], None), None)
+        drawn.append(figure.axes[0].lines[0].get_ydata())
+    np.testing.assert_allclose(*drawn, atol=1e-12)
+
+
+def test_a_spike_does_not_set_the_scale_of_residuals(make_fit):
+    (one,) = make_fit().recordings
+    force = one.recording.force.copy()
+    force[int(np.argmax(one.recording.depth)) + 5] += 3.0  # as at a reversal of friction that comes late
+    (figure,) = residuals(repeats([replace(one, recording=replace(one.recording, force=force))], None), one.quality)
+    canvas = Figure(figsize=(8.9, 3.0), dpi=72)
+    figure.draw(canvas, FULL)
+    assert canvas.axes[0].get_ylim()[1] < 0.1 and "the largest residual is 3.0" in str(figure.caption)

@@ -182,6 +182,15 @@ def test_a_plan_is_written_as_a_table(tmp_path):
     np.testing.assert_allclose(1e-3 * columns["base_x_mm"], found.motion.lateral[:, 0], rtol=1e-5, atol=1e-9)
 
 
+def test_the_needle_of_a_plan_ends_at_its_tip(tmp_path):
+    found = plan(needle(), (1e-3, 0.0, 0.05), obstacles=[Sphere((4e-3, 0.0, 0.03), 2e-3), lambda points: points[:, 2]])
+    np.testing.assert_allclose(found.shapes[-1][-1], found.path[-1], atol=1e-6)
+    found.report(tmp_path / "plan.html")
+    page = (tmp_path / "plan.html").read_text(encoding="utf-8")
+    assert "axial force [N]" not in page and "lateral force at the base [N]" in page  # it has no axial laws
+    assert 'id="figure-space"' in page
+
+
 def measured(insertion):
     rows = insertion.rows
     column = lambda *names: np.array([[row[name] for name in names] for row in rows])  # noqa: E731

@@ -17,7 +17,6 @@ from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, show_l
 if TYPE_CHECKING:
     from ..campaign import Campaign, Condition
 
-NAME = "campaign"
 PATTERN_HELP = "Fields in the file names, such as {specimen}_{speed_mm_s}_{repeat}."
 MAPPING_HELP = "CSV table with a column named file and one column for each field."
 JOBS_HELP = "Number of processes; default: one for each processor."

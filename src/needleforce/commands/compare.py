@@ -17,7 +17,6 @@ from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table,
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
 
-NAME = "compare"
 MODELS_HELP = (
     "Names of models, separated by commas; or all: each loading curve once, and the models of layers (some seconds "
     f"each for four recordings). {MODEL_NAMES}"

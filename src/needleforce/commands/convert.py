@@ -12,7 +12,6 @@ from .files import read_all
 from .flags import takes_flags
 from .output import check_outputs, say
 
-NAME = "convert"
 ENDINGS = (".csv", ".parquet", ".mcap")
 
 

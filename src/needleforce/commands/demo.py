@@ -14,7 +14,6 @@ from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 if TYPE_CHECKING:
     from ..identification import Fit
 
-NAME = "demo"
 SPEEDS = (3e-3, 1e-3)  # [m/s]; the table is for the first speed, as in the paper's Fig. 2
 
 

@@ -8,7 +8,6 @@ import typer
 
 from .output import check_outputs, say, show
 
-NAME = "export"
 MODEL_HELP = "JSON written by identify, a preset file, or the name of a shipped preset."
 NAME_HELP = "Name of the constant; default: the name of the file or preset."
 

@@ -126,7 +126,7 @@ def _unit(quantity: str, column: "ColumnLook", usual: str) -> str:
             return answer
 
 
-_OPTION = re.compile(r"--(column|unit) ")  # in the next step of an error that choosing columns and units answers
+_OPTION = re.compile(r"--(column|unit) (?!motion\.)")  # of an error that the choice of columns answers
 
 
 def readable(done: ReadFiles) -> list["Recording"]:

@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from ..identification.estimates import Estimate
     from ..identification.settings import LayeredSettings
 
-NAME = "identify"
 MODEL_NAMES = (
     "Names: paper (quadratic), cone_cylinder, power_law, okamura or simone (second-order polynomial), or maurin "
     "(exponential). cubic_foundation, hyperbolic_foundation or tanh_foundation: friction of a bent shaft, beyond the "

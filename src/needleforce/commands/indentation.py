@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from ..identification.indentation_unloading import UnloadingFit
     from ..recording import Recording
 
-NAME = "indentation"
 CONTACT_HELP = "Depth of the surface, of a curve that begins in contact; default: it is fitted."
 BASELINE_HELP = "Force before contact: none, constant, line, or auto: a line where the readings there have a slope."
 BETA_HELP = "Factor of the slope of the unloading: 1 for a round tip, 1.034 for a Berkovich pyramid."

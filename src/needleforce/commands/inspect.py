@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from ..recording.look import Look
     from ..segmentation import Events
 
-NAME = "inspect"
 SAVE_HELP = (
     "Keep the options under a name, for --as, or in a TOML file; one named needleforce.toml applies to its folder."
 )

@@ -15,7 +15,6 @@ from .output import JSON_HELP, check_outputs, table, write_json
 if TYPE_CHECKING:
     from ..core import Needle, Tissue
 
-NAME = "laws"
 COLUMNS = ["law", "part", "parameter", "unit", "range", "default", "meaning", "source"]
 
 

@@ -38,12 +38,10 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) 
     from rich.text import Text
 
     made = Table(title=Text(printable(title)), title_justify="left", title_style="bold", header_style="bold")
-    for k, column in enumerate(columns):
-        # the names in the first column are not broken where the terminal is narrow
-        width = min(_NAME_WIDTH, max((len(str(row[0])) for row in rows), default=0)) if k == 0 else None
-        made.add_column(
-            Text(printable(column)), overflow="fold", justify="left" if k == 0 else "default", min_width=width
-        )
+    widest = max((len(str(row[0])) for row in rows), default=0)
+    for k, column in enumerate(columns):  # names are not broken where the terminal is narrow
+        names = {} if k else {"min_width": min(_NAME_WIDTH, widest)}
+        made.add_column(Text(printable(column)), overflow="fold", **names)
     for row in rows:
         made.add_row(*(Text(printable(str(cell))) for cell in row))
     Console(width=None if sys.stdout.isatty() else 160).print(made)

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from ..bench_tests import PenetrationTests
     from ..recording import Recording
 
-NAME = "penetration"
-
 
 class PenetrationFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``penetration``."""

@@ -10,7 +10,6 @@ from .output import JSON_HELP, check_outputs, table, write_json
 if TYPE_CHECKING:
     from ..models.model import Layer, Model
 
-NAME = "presets"
 PUBLISHED_HELP = "List published single values, which form no complete model, instead of the presets."
 
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from ..protocol.session import CampaignOutcome
     from ..wire.net_ft import SensorConfiguration
 
-NAME = "record"
 SENSOR_HELP = "HOST or HOST:PORT of a Net F/T sensor (RDT over UDP)."
 PAGE_HELP = "Configuration of the sensor: a URL or a saved netftapi2.xml; default: the page of the sensor's host."
 DEFAULT_LIMIT_SHARE = 0.8  # of the sensor's rated range: the default force limit

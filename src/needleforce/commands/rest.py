@@ -15,8 +15,6 @@ from .output import JSON_HELP, check_outputs, say, table, write_json
 if TYPE_CHECKING:
     from ..control import RestResult
 
-NAME = "rest"
-
 
 class RestFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``rest``."""

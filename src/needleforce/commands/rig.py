@@ -13,8 +13,6 @@ from ..wire.net_ft import PORT as SENSOR_PORT
 from .files import PRESET_HELP
 from .flags import takes_flags
 
-NAME = "rig"
-
 
 class RigFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``rig``."""

@@ -11,8 +11,6 @@ from .files import PRESET_HELP
 from .flags import takes_flags
 from .output import check_outputs, say, show
 
-NAME = "simulate"
-
 
 class SimulateFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``simulate``."""

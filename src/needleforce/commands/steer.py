@@ -2,6 +2,9 @@
 """``needleforce steer``: simulate, identify and plan insertions of a needle that bends and is steered."""
 
 import math
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +21,6 @@ if TYPE_CHECKING:
     from ..steering.base_motion import BaseMotion
     from ..steering.obstacles import Obstacle
 
-NAME = "steer"
 app = typer.Typer(help="Needles that bend and are steered: simulate, identify, plan.", no_args_is_help=True)
 MODEL_HELP = "An identified needle: a file that steer identify --save wrote."
 AXIAL_HELP = f"Laws of the axial force. {PRESET_HELP}"
@@ -111,7 +113,7 @@ def identify(
     elif given.held != "guide":
         step = "Leave --held out: the shapes begin where the needle is held."
         raise InputError("--held", given.held, "not for a table of shapes", next_step=step)
-    with _ProgressLine("identifying") as progress:
+    with _progress_line("identifying") as progress:
         fit = nf.steering.identify(measured, needle_of(given.needle), progress=progress, **options)
     write_json(fit.to_json(), given.json)
     if given.json != "-":
@@ -164,7 +166,7 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
         max_moment=1e-3 * given.max_moment_nmm,
     )
     readings = None if given.measured is None else nf.steering.read(given.measured)[-1]
-    with _ProgressLine("planning") as progress:
+    with _progress_line("planning") as progress:
         found = nf.steering.plan(
             nf.steering.load(model),
             _numbers(given.target_mm, 3, "--target-mm"),
@@ -283,23 +285,13 @@ def _show_plan(found: "Plan", quiet: bool) -> None:
         say(f"fault: {fault}")
 
 
-class _ProgressLine:
+@contextmanager
+def _progress_line(what: str) -> "Iterator[Callable[[int, float], None] | None]":
     """Progress on standard error while something is sought: a line in a terminal, nothing otherwise."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
 
-    def __init__(self, what: str):
-        self.what = what
-
-    def __enter__(self) -> Any:
-        import sys
-
-        if not sys.stderr.isatty():
-            return None
-        from rich.console import Console
-
-        self.status = Console(stderr=True).status(self.what)
-        self.status.start()
-        return lambda calls, cost: self.status.update(f"{self.what}: {calls} simulations, cost {cost:.4g}")
-
-    def __exit__(self, *_: object) -> None:
-        if hasattr(self, "status"):
-            self.status.stop()
+    with Console(stderr=True).status(what) as status:
+        yield lambda calls, cost: status.update(f"{what}: {calls} simulations, cost {cost:.4g}")

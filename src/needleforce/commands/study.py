@@ -10,8 +10,6 @@ import typer
 from .flags import takes_flags
 from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, show, write_json
 
-NAME = "study"
-
 
 class StudyFlags(msgspec.Struct, frozen=True, kw_only=True):
     """The flags of ``study``."""

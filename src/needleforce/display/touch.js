@@ -19,23 +19,20 @@
       const [box, limits, ...names] = group.dataset.panel.split("|"), svg = group.ownerSVGElement;
       const [left, top, right, bottom] = box.split(" ").map(Number), [x0, x1, y0, y1] = limits.split(" ").map(Number);
       Object.assign(this, { group, svg, names, limits: [[x0, x1], [y0, y1]], box: [[left, right], [bottom, top]] });
-      const clipped = [...group.querySelectorAll("[clip-path]")].filter((each) => !each.closest("[data-ticks]"));
-      this.parts = clipped.flatMap((each) => each.tagName === "path" ? [{ one: each, low: 0 }] : this.used(each));
+      const clipped = (name) => [...group.querySelectorAll(name)].filter((each) => !each.closest("[data-ticks]"));
+      this.parts = [...clipped("path[clip-path]").map((one) => ({ one, low: 0 })), ...clipped("[clip-path] use").map((one) => this.used(one))];
       this.parts.forEach((part) => { part.d = part.one.getAttribute("d"); });
       this.texts = [...group.querySelectorAll("[data-label] > text[x]")].map((one) => (
         { one, at: ["x", "y"].map((name) => +one.getAttribute(name)), follows: ["x", "y"].map((name) => one.parentNode.dataset.label.includes(name)) }));
       this.curves = [...group.querySelectorAll("[data-curve] > path[clip-path]")].map((one) => (
-        { name: one.parentNode.dataset.curve, colour: one.style.stroke, points: [...one.getAttribute("d").matchAll(PAIR)].map((p) => [+p[1], +p[2]]) }));
-      this.curves = this.curves.filter((each) => each.points.length > 2);
+        { name: one.parentNode.dataset.curve, colour: one.style.stroke, points: [...one.getAttribute("d").matchAll(PAIR)].map((p) => [+p[1], +p[2]]) })).filter((each) => each.points.length > 2);
       this.scale = group.insertBefore(this.make("g"), group.children[1]);
       this.over = group.appendChild(this.make("g", { "pointer-events": "none" }));
       this.whole();
     }
-    used(clipped) {  // markers are moved; a filled range is a path that is used further down
-      return [...clipped.querySelectorAll("use")].map((one) => {
-        const [x, y] = [+one.getAttribute("x"), +one.getAttribute("y")];
-        return x ? { one, x, y } : { one: this.svg.getElementById(one.getAttribute("xlink:href").slice(1)), low: y };
-      });
+    used(one) {  // markers are moved; a filled range is a path that is used further down
+      const [x, y] = [+one.getAttribute("x"), +one.getAttribute("y")];
+      return x ? { one, x, y } : { one: this.svg.getElementById(one.getAttribute("xlink:href").slice(1)), low: y };
     }
     make(name, attributes = {}, text = "") {
       const one = document.createElementNS(this.svg.namespaceURI, name);
@@ -143,10 +140,7 @@
       if (windows?.some(Boolean)) from.panel.zoom(windows.map((pair, k) => pair?.map((each) => from.panel.behind(k, each)))), hide();
       from = null;
     });
-    on("pointercancel", () => { from = null; });
-    on("pointerleave", () => { if (!from) hide(); });
-    on("blur", hide);
-    on("dblclick", reset);
+    Object.entries({ pointercancel() { from = null; }, pointerleave() { if (!from) hide(); }, blur: hide, dblclick: reset }).forEach((each) => on(...each));
     on("wheel", (event) => {  // scrolls the page until the drawing was clicked
       const spot = spotOf(event), panel = under(spot);
       if (!panel || !(event.ctrlKey || document.activeElement === svg)) return;

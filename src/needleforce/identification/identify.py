@@ -241,18 +241,10 @@ def _with_layers(
     if layered.identified_model is None:
         return fit
     layered = with_one_layer_parameters(layered, fit)
-    if fit.identified_model is None:
-        found = any(single.events.punctures for single in singles)  # of a recording that has no fit, too
-        reason = LAYERED_BY_DEFAULT if found else LAYERED_WITHOUT_PUNCTURE
-        return dataclasses.replace(layered, warnings=(reason, *layered.warnings))
-    evidence = cycle_evidence(fit, layered, singles, len(layered.parameters))
-    if evidence is None:
-        return fit
-    chosen = layered if evidence.for_layers else fit
-    chosen = dataclasses.replace(
-        chosen, warnings=(evidence.sentence(model_called(law), DEFAULT_LAYERED), *chosen.warnings)
-    )
-    return _compared(chosen, fit, singles) if evidence.for_layers else chosen
+    found = any(single.events.punctures for single in singles)  # of a recording that has no fit, too
+    reason = LAYERED_BY_DEFAULT if found else LAYERED_WITHOUT_PUNCTURE
+    chosen = _better(fit, layered, singles, (law, DEFAULT_LAYERED), reason, len(layered.parameters))
+    return _compared(chosen, fit, singles) if fit.identified_model and chosen.model is layered.model else chosen
 
 
 def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording], given: FitInputs) -> Fit:
@@ -262,13 +254,16 @@ def _with_insertion_layers(fit: Fit, law: str, singles: list[SegmentedRecording]
     layered = identify_insertion_layers(singles, given, None)
     if layered.identified_model is None or len(layered.model.layers) == 1:
         return fit
-    if fit.identified_model is None:
-        return dataclasses.replace(layered, warnings=(LAYERS_BY_PUNCTURES, *layered.warnings))
-    evidence = cycle_evidence(fit, layered, singles, 0)
-    if evidence is None:
+    return _better(fit, layered, singles, (law, GRADUAL_LAYERS), LAYERS_BY_PUNCTURES, span="the insertion")
+
+
+def _better(fit: Fit, layered: Fit, singles: list, names: tuple, no_model: str, shared: int = 0, **span: str) -> Fit:
+    """The layered fit for the reason that one layer has ``no_model``, or the better of the two with the evidence."""
+    evidence = cycle_evidence(fit, layered, singles, shared) if fit.identified_model else None
+    if fit.identified_model and evidence is None:
         return fit
-    chosen = layered if evidence.for_layers else fit
-    reason = evidence.sentence(model_called(law), GRADUAL_LAYERS, "the insertion")
+    chosen = layered if evidence is None or evidence.for_layers else fit
+    reason = no_model if evidence is None else evidence.sentence(model_called(names[0]), names[1], **span)
     return dataclasses.replace(chosen, warnings=(reason, *chosen.warnings))
 
 

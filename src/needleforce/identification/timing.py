@@ -34,10 +34,10 @@ MIN_FOLLOWING = 1e-6  # mean square of the travel over its stretch
 FOLLOWED = 0.8  # of the change of the force
 MIN_REST_SAMPLES = 5
 MIN_FREE_SAMPLES = 100  # for the correlation of the noise
-MIN_FALL, MIN_FALL_BLOCKS, FALL_BLOCKS = 3, 12, 24  # samples of a fall that may be that of a filter, and their blocks
+BLOCKS = 12  # of samples around a fall at least, and over it at most
 LENGTHS, STARTS = np.geomspace(0.2, 1.6, 10), np.linspace(-0.6, 0.3, 10)  # [of the fall] of its course, from the peak
 FINER = np.linspace(-0.5, 0.5, 5)  # [steps of the grid] around the best of it
-RUPTURES = (1.0, 1.5, 2.0, 3.0, None)  # powers of gradual ones that a filter is compared with; None is a smooth step
+RUPTURES = (None, 2.0, 1.5, 3.0, 1.0)  # powers of gradual ones that a filter is compared with; None is a smooth step
 
 
 @dataclass(frozen=True)
@@ -242,7 +242,7 @@ def filter_of_the_fall(recording: Recording, events: Events) -> int:
     if recording.card.filter_length > 1 or not events.punctures:
         return 0
     place, force, samples, size = _fall(recording, events)
-    if len(place) < MIN_FALL_BLOCKS or not place[0] < -0.5 < 0.5 < place[-1]:
+    if len(place) < BLOCKS or not place[0] < -0.5 < 0.5 < place[-1]:
         return 0
     enough = math.exp(VERY_STRONG_BIC / len(place))
     near = place[MIN_REST_SAMPLES:-MIN_REST_SAMPLES]
@@ -250,9 +250,9 @@ def filter_of_the_fall(recording: Recording, events: Events) -> int:
     if sharp < enough * len(place) * white_noise(recording.force) ** 2 / size:
         return 0
     smeared, length = _closest(force, partial(_averaged, place))
-    if not smeared * enough < sharp:
-        return 0
-    if not all(smeared * enough < _closest(force, partial(_broken, place, power=each))[0] for each in RUPTURES):
+    if not smeared * enough < sharp or any(
+        _closest(force, partial(_broken, place, power=each))[0] <= smeared * enough for each in RUPTURES
+    ):
         return 0
     length = round(length * samples)
     return length if 0.5 * (length - 1) / recording.rate < MAX_LAG_S else 0
@@ -264,12 +264,10 @@ def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray,
     first = events.punctures[0]
     peak = int(np.searchsorted(recording.time, first.time))
     ends = [span.first for phase in (Phase.hold, Phase.extraction) for span in own_spans(events, phase)]
-    ends += [each.low for each in events.punctures[1:2]]
-    length = first.end - peak
-    size = max(length // FALL_BLOCKS, 1)
-    before, after = min(2 * length, peak) // size, (min([peak + 3 * length, *ends]) - peak) // size
-    if length < MIN_FALL or after < 1:
-        return np.empty(0), np.empty(0), length, size
+    ends += [len(recording), *(each.low for each in events.punctures[1:2])]
+    length = max(first.end - peak, 1)
+    size = max(length // BLOCKS, 1)
+    before, after = min(2 * length, peak) // size, max(min(peak + 3 * length, *ends) - peak, 0) // size
     force = recording.force[peak - before * size : peak + after * size].reshape(-1, size).mean(axis=1)
     return (np.arange(len(force)) - before) * (size / length), force, length, size
 

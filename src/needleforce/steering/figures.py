@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Figures of a steered needle: its path in three projections, loads over depth, measured and predicted tips."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -23,11 +24,10 @@ TIPS = (
     "Circles: measured tips. Lines: predicted from the motion of the base and the rows before it moves; orange of "
     "steered insertions, grey of unsteered ones. Below: measured less predicted."
 )
-_SCALES = "Thin lines: the needle at some steps. Both directions across have one scale, the depth has its own."
-PLAN_PATH = (
-    f"The path of the tip in three projections. Cross: target. Shade: 95 % region of the tip. Red: obstacles. {_SCALES}"
+PATH = (
+    "The path of the tip in three projections. Thin lines: the needle at some steps. Both directions across have one "
+    "scale, the depth has its own."
 )
-RUN_PATH = f"The path of the tip in three projections. Dashed: layer boundaries. {_SCALES}"
 IN_SPACE = (
     "The needle in space at some steps, with one scale: x upwards, y obliquely and shortened by half, z to the right. "
     "Orange: the path of the tip. Grey: the surface."
@@ -40,41 +40,36 @@ _NAMES = ("x", "y", "z")
 _MARGINS = {"left": 46.0, "across": 46.0, "down": 50.0}
 
 
-def run_path(path: np.ndarray, shapes: Sequence[np.ndarray], layers: Sequence[float]) -> Figure:
-    """The path (n, 3) [m] of the tip, with the needle at some steps, and the depths of layers [m]."""
-    draw = partial(run_path_figure, path=path, shapes=shapes, layers=layers)
-    return Figure(name="path", draw=draw, heights=(230.0, 620.0), caption=RUN_PATH, alt=RUN_PATH)
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Scene:
+    """What surrounds the path (n, 3) of a tip: the needle at some steps, depths of layers, the radius (n,) in which the
+    tip is, obstacles, and a target (3,) [m]."""
 
+    path: np.ndarray
+    shapes: Sequence[np.ndarray]
+    layers: Sequence[float] = ()
+    tube: np.ndarray | None = None
+    obstacles: Sequence[Obstacle] = ()
+    target: np.ndarray | None = None
 
-def plan_path(
-    path: np.ndarray,
-    shapes: Sequence[np.ndarray],
-    tube: np.ndarray,
-    obstacles: Sequence[Obstacle],
-    target: np.ndarray,
-) -> Figure:
-    """The path (n, 3) [m] of the tip with the radius (n,) [m] in which it is, past obstacles to the target (3,) [m];
-    ``shapes`` are the needle at some steps."""
-    draw = partial(plan_path_figure, path=path, shapes=shapes, tube=tube, obstacles=obstacles, target=target)
-    return Figure(name="path", draw=draw, heights=(230.0, 620.0), caption=PLAN_PATH, alt=PLAN_PATH)
+    def figures(self) -> tuple[Figure, Figure]:
+        """Three projections, and the needle in space."""
+        marks = " Red: obstacles." * bool(self.obstacles) + " Cross: target." * (self.target is not None)
+        shade = " Shade: 95 % region of the tip." if self.tube is not None else ""
+        words = PATH + " Dashed: layer boundaries." * bool(self.layers) + shade + marks
+        sides = Figure(
+            name="path", draw=partial(draw_sides, scene=self), heights=(230.0, 620.0), caption=words, alt=words
+        )
+        words = IN_SPACE + marks
+        return sides, Figure(
+            name="space", draw=partial(draw_space, scene=self), heights=(160.0, 120.0), caption=words, alt=words
+        )
 
 
 def base_motion(motion: BaseMotion) -> Figure:
     """What the base does over depth."""
     draw = partial(motion_figure, motion=motion)
     return Figure(name="motion", draw=draw, heights=(230.0, 260.0), caption=MOTION, alt=MOTION)
-
-
-def in_space(
-    path: np.ndarray,
-    shapes: Sequence[np.ndarray],
-    obstacles: Sequence[Obstacle] = (),
-    target: np.ndarray | None = None,
-) -> Figure:
-    """The path (n, 3) [m] of the tip and the needle at some steps, past obstacles to a target (3,) [m]."""
-    caption = IN_SPACE + " Red: obstacles." * bool(obstacles) + " Cross: target." * (target is not None)
-    draw = partial(space_figure, path=path, shapes=shapes, obstacles=obstacles, target=target)
-    return Figure(name="space", draw=draw, heights=(160.0, 120.0), caption=caption, alt=caption)
 
 
 def loads(depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> Figure:
@@ -98,68 +93,57 @@ def draw_path(axes: "Axes", path: np.ndarray) -> tuple[str, str]:
     return DEPTH, "tip across [mm]"
 
 
-def _projections(figure: "Drawing", sheet: Sheet, path: np.ndarray) -> "Iterator[tuple[Axes, int, int]]":
-    """Axes with the path, and the horizontal and vertical direction in each; what is drawn in them follows."""
+def draw_sides(figure: "Drawing", sheet: Sheet, scene: Scene) -> None:
+    """The scene in three projections; a millimetre across is as long in each."""
     rows, columns = (3, 1) if sheet.narrow else (1, 3)
-    every = [(axes, over, up) for axes, (over, up) in zip(panels(figure, sheet, rows, columns, _MARGINS).flat, _VIEWS)]
-    for axes, over, up in every:
-        axes.plot(1e3 * path[:, over], 1e3 * path[:, up], color=MODEL, lw=THICK, zorder=4, label="tip")
-        yield axes, over, up
+    every = panels(figure, sheet, rows, columns, _MARGINS).ravel()
+    for axes, (over, up) in zip(every, _VIEWS):
+        _draw_side(axes, scene, over, up)
         axis_names(axes, f"{_NAMES[over]} [mm]", f"{_NAMES[up]} [mm]")
         axes.margins(0.08, 0.25)
-    across = [axes.get_ylim() for axes, *_ in every] + [every[-1][0].get_xlim()]
-    half = 0.5 * max(high - low for low, high in across)
-    for axes, *_ in every:
+    last = every[-1]
+    half = 0.5 * max(high - low for low, high in [last.get_xlim(), *(axes.get_ylim() for axes in every)])
+    for axes in every:
         axes.set_ylim(*(np.mean(axes.get_ylim()) + np.array([-half, half])))
-    last = every[-1][0]
-    wide = half * last.bbox.width / last.bbox.height  # a millimetre is as long in both directions
+    wide = half * last.bbox.width / last.bbox.height
     last.set_xlim(*(np.mean(last.get_xlim()) + np.array([-wide, wide])))
 
 
-def run_path_figure(
-    figure: "Drawing", sheet: Sheet, path: np.ndarray, shapes: Sequence[np.ndarray], layers: Sequence[float]
-) -> None:
-    """The path of the tip in three projections, with the needle at some steps and the depths of layers."""
-    for axes, over, up in _projections(figure, sheet, path):
-        _needles(axes, shapes, over, up)
-        for top in layers if over == 2 else ():
-            axes.axvline(1e3 * top, color=QUIET, lw=0.6, ls=(0, (4, 2)))
+def _draw_side(axes: "Axes", scene: Scene, over: int, up: int) -> None:
+    """The scene over one direction and up another."""
+    from matplotlib.patches import Circle
 
-
-def _needles(axes: "Axes", shapes: Sequence[np.ndarray], over: int, up: int) -> None:
-    for shape in shapes:
+    path, shade = 1e3 * scene.path, {"color": MODEL, "alpha": 0.13, "lw": 0.0}
+    for shape in scene.shapes:
         axes.plot(1e3 * shape[:, over], 1e3 * shape[:, up], color=QUIET, lw=THIN, label="needle")
+    axes.plot(path[:, over], path[:, up], color=MODEL, lw=THICK, zorder=4, label="tip")
+    for top in scene.layers if over == 2 else ():
+        axes.axvline(1e3 * top, color=QUIET, lw=0.6, ls=(0, (4, 2)))
+    if scene.tube is not None and over == 2:
+        radius = 1e3 * scene.tube
+        axes.fill_between(path[:, 2], path[:, up] - radius, path[:, up] + radius, **shade)
+    elif scene.tube is not None:
+        axes.add_patch(Circle((path[-1, over], path[-1, up]), 1e3 * scene.tube[-1], **shade))
+    _draw_marks(axes, scene, lambda points: 1e3 * points[:, [over, up]])
 
 
-def space_figure(
-    figure: "Drawing",
-    sheet: Sheet,
-    path: np.ndarray,
-    shapes: Sequence[np.ndarray],
-    obstacles: Sequence[Obstacle],
-    target: np.ndarray | None,
-) -> None:
-    """Path, needle, obstacles and target in oblique projection with equal scales."""
+def draw_space(figure: "Drawing", sheet: Sheet, scene: Scene) -> None:
+    """The scene in oblique projection with equal scales."""
     from matplotlib.patches import Polygon
-    from scipy.spatial import ConvexHull
 
     def seen(points: np.ndarray) -> np.ndarray:
-        """Points (n, 3) [m] in the plane of the drawing, (2, n) [mm]."""
-        x, y, z = 1e3 * np.asarray(points).T
-        return np.array([z - 0.35 * y, x + 0.35 * y])
+        """Points (n, 3) [m] in the plane of the drawing, (n, 2) [mm]."""
+        x, y, z = 1e3 * points.T
+        return np.column_stack([z - 0.35 * y, x + 0.35 * y])
 
     axes = panels(figure, sheet)[0, 0]
-    reach = 1.2 * max(float(np.abs(path[:, :2]).max()), 0.06 * float(np.ptp(path[:, 2])))
+    reach = 1.2 * max(float(np.abs(scene.path[:, :2]).max()), 0.06 * float(np.ptp(scene.path[:, 2])))
     corners = reach * np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
-    axes.add_patch(Polygon(seen(corners).T, closed=True, color=QUIET, alpha=0.18, lw=0))
-    for outline in filter(len, map(_surface, obstacles)):
-        points = seen(outline).T
-        axes.add_patch(Polygon(points[ConvexHull(points).vertices], color=BLOCKED, alpha=0.25, lw=0))
-    for shape in shapes:
-        axes.plot(*seen(shape), color=QUIET, lw=THIN)
-    axes.plot(*seen(path), color=MODEL, lw=THICK)
-    if target is not None:
-        axes.plot(*seen(target[None]), marker="x", ms=7, mew=1.6, color=INK)
+    axes.add_patch(Polygon(seen(corners), closed=True, color=QUIET, alpha=0.18, lw=0))
+    for shape in scene.shapes:
+        axes.plot(*seen(shape).T, color=QUIET, lw=THIN)
+    axes.plot(*seen(scene.path).T, color=MODEL, lw=THICK)
+    _draw_marks(axes, scene, seen)
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_yticks([])
     axes.grid(False)
@@ -167,7 +151,19 @@ def space_figure(
     axes.set_xlabel("z [mm]", loc="right")
 
 
-def _surface(obstacle: object) -> np.ndarray:
+def _draw_marks(axes: "Axes", scene: Scene, seen: Callable[[np.ndarray], np.ndarray]) -> None:
+    """Obstacles and target; ``seen`` gives the place (n, 2) of points (n, 3) in the drawing."""
+    from matplotlib.patches import Polygon
+    from scipy.spatial import ConvexHull
+
+    for surface in filter(len, map(_surface, scene.obstacles)):
+        outline = seen(surface)
+        axes.add_patch(Polygon(outline[ConvexHull(outline).vertices], color=BLOCKED, alpha=0.25, lw=0.0))
+    if scene.target is not None:
+        axes.plot(*seen(scene.target[None]).T, marker="x", ms=7, mew=1.6, color=INK, zorder=5)
+
+
+def _surface(obstacle: Obstacle) -> np.ndarray:
     """Points (n, 3) [m] on the surface of a sphere or a box; none of a function."""
     if isinstance(obstacle, Box):
         return np.array([np.where(corner, obstacle.high, obstacle.low) for corner in np.ndindex(2, 2, 2)])
@@ -177,43 +173,6 @@ def _surface(obstacle: object) -> np.ndarray:
     flat = np.sqrt(1.0 - up**2)
     ball = np.stack([flat * np.cos(around), flat * np.sin(around), up], axis=-1).reshape(-1, 3)
     return np.asarray(obstacle.center) + obstacle.radius * ball
-
-
-def plan_path_figure(
-    figure: "Drawing",
-    sheet: Sheet,
-    path: np.ndarray,
-    shapes: Sequence[np.ndarray],
-    tube: np.ndarray,
-    obstacles: Sequence[Obstacle],
-    target: np.ndarray,
-) -> None:
-    """The path of the tip in three projections, with its uncertainty, obstacles and the target."""
-    from matplotlib.patches import Circle
-
-    shown, radius = 1e3 * path, 1e3 * tube
-    for axes, over, up in _projections(figure, sheet, path):
-        _needles(axes, shapes, over, up)
-        if over == 2:
-            ends = shown[:, up] - radius, shown[:, up] + radius
-            axes.fill_between(shown[:, 2], *ends, color=MODEL, alpha=0.13, lw=0.0)
-        else:
-            axes.add_patch(Circle((shown[-1, over], shown[-1, up]), radius[-1], color=MODEL, alpha=0.13, lw=0.0))
-        for obstacle in obstacles:
-            _draw_obstacle(axes, obstacle, over, up)
-        axes.plot(1e3 * target[over], 1e3 * target[up], marker="x", ms=7, mew=1.6, color=INK, zorder=5)
-
-
-def _draw_obstacle(axes: "Axes", obstacle: object, over: int, up: int) -> None:
-    from matplotlib.patches import Circle, Rectangle
-
-    style = {"color": BLOCKED, "alpha": 0.25, "lw": 0.0}
-    if isinstance(obstacle, Sphere):
-        center = 1e3 * np.asarray(obstacle.center)
-        axes.add_patch(Circle((center[over], center[up]), 1e3 * obstacle.radius, **style))
-    elif isinstance(obstacle, Box):
-        low, high = 1e3 * np.asarray(obstacle.low), 1e3 * np.asarray(obstacle.high)
-        axes.add_patch(Rectangle((low[over], low[up]), high[over] - low[over], high[up] - low[up], **style))
 
 
 def loads_figure(figure: "Drawing", sheet: Sheet, depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> None:

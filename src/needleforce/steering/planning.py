@@ -171,8 +171,8 @@ class Plan(Result):
             for row, radius, force in zip(self.motion.rows(), self.tube(), self.force)
         ]
         steps = table((*COLUMNS, "radius_95_mm", "axial_force_N"), rows, class_="numbers dense")
-        path = figures.plan_path(self.path, self.shapes, self.tube(), self.problem.obstacles, self.target)
-        space = figures.in_space(self.path, self.shapes, self.problem.obstacles, self.target)
+        seen = {"tube": self.tube(), "obstacles": self.problem.obstacles, "target": self.target}
+        path = figures.Scene(path=self.path, shapes=self.shapes, **seen).figures()
         loads = figures.loads(self.motion.depth, self.force, self.wrench)
         return Page(
             title="A planned insertion",
@@ -180,7 +180,7 @@ class Plan(Result):
             outcome=self.heading(),
             sections=[
                 section("Faults", listing(self.faults), name="faults"),
-                section("Path", path, space, name="path"),
+                section("Path", *path, name="path"),
                 section("Motion of the base", figures.base_motion(self.motion), name="motion"),
                 section("Force and wrench", loads, name="loads"),
                 section("Table", steps, name="table"),

@@ -111,14 +111,14 @@ class SteeredRun(Result):
         from ..display.page import Page, section
         from . import figures
 
-        path = figures.run_path(self.tip, self.shapes, self.layers)
+        path = figures.Scene(path=self.tip, shapes=self.shapes, layers=self.layers).figures()
         loads = figures.loads(self.motion.depth, self.force, self.wrench)
         return Page(
             title="A simulated insertion",
             kind="steering",
             outcome=self.heading(),
             sections=[
-                section("Path", path, figures.in_space(self.tip, self.shapes), name="path"),
+                section("Path", *path, name="path"),
                 section("Force and wrench", loads, name="loads"),
                 section("Motion of the base", figures.base_motion(self.motion), name="motion"),
             ],
