@@ -195,7 +195,7 @@ format: .venv/.lint-packages  ## the same, changing files
 
 docs: setup  ## the pages of docs/ as HTML in build/docs
 	@$(WATCHED) "packages for the pages" $(FETCH) -- $(INSTALL) --requirement docs/requirements.txt
-	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W docs build/docs
+	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W --show-traceback docs build/docs
 	@echo "build/docs/index.html"
 
 reference: setup  ## FILE=values.json through the public names: name, expected, got, pass

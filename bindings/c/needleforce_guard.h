@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0
-   A guard between an insertion and a device: scale, clamp, slew, watchdog, energy; docs/guard.md. Settings by
-   name as there, in SI; those left out are off. The caller owns all memory; nf_guard_step, _miss, _reset are
-   wait-free. */
+   A guard between an insertion and a device: scale, clamp, slew, watchdog, energy; docs/howto/guard.md.
+   Settings by name as there, in SI; those left out are off. The caller owns all memory; nf_guard_step, _miss,
+   _reset are wait-free. */
 #ifndef NEEDLEFORCE_GUARD_H
 #define NEEDLEFORCE_GUARD_H
 #include "needleforce.h"

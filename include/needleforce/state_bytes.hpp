@@ -16,7 +16,8 @@
 namespace needleforce {
 
 /// Four sums over 64-bit words. The first three find every change of up to three bits, of the words or of the
-/// sums, and every burst of up to 64 bits: docs/proof.md. The last mixes the words, against other changes.
+/// sums, and every burst of up to 64 bits: docs/evidence/proof.md. The last mixes the words, against other
+/// changes.
 class Checksum {
  public:
   static constexpr std::size_t block = 64, max_words = block * 64;  // beyond, two words are turned alike

@@ -18,7 +18,7 @@
 
 namespace needleforce {
 
-/// Every tip; docs/adding_a_law.md, "A tip", has the places for a new one.
+/// Every tip; docs/maintainers/adding_a_law.md, "A tip", has the places for a new one.
 using Tip = std::variant<tips::Cone, tips::Paraboloid, tips::Sphere, tips::Flat, tips::PowerProfile,
                          tips::TruncatedCone, tips::BluntedCone, tips::TangentOgive, tips::LancetBevel,
                          tips::Profile>;

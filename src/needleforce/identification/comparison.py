@@ -292,7 +292,7 @@ def draw_held_out(figure: "Drawing", sheet: Sheet, shown: HeldOut, model: str) -
     kinds = ("measured", shown.measured, MEASURED, THIN), (FLOOR, shown.others, SECOND, THIN)
     curves = []
     for name, force, colour, width in (*kinds, (model, shown.predicted, MODEL, THICK)):
-        curves.append(line(axes, 1e3 * shown.depth, force, sheet.columns, color=colour, lw=width, label=name))
+        curves.append(line(axes, 1e3 * shown.depth, force, sheet.columns // 2, color=colour, lw=width, label=name))
     axes.axhline(0.0, color=QUIET, lw=0.6)
     axis_names(axes, DEPTH, FORCE)
     labels = Labels(axes, curves)
