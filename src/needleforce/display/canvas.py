@@ -71,7 +71,7 @@ def drawing(
 ) -> Markup:
     """``draw(figure, sheet)`` on a wide and a narrow sheet of ``heights`` [points]; the page shows one of the two."""
     sheets = zip(("wide", "narrow"), (wide, NARROW), heights)
-    both = ((kind, svg(name, draw, sheet, height, alt, touch)) for kind, sheet, height in sheets)
+    both = ((kind, svg(name, draw, sheet, height, alt, touch=touch)) for kind, sheet, height in sheets)
     return join(element("div", each, class_=kind) for kind, each in both)
 
 
