@@ -75,7 +75,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("name")
     parser.add_argument("--show", action="store_true")
-    parser.add_argument("--keep", default="$^")
+    parser.add_argument("--keep", default="(?!)")  # no line, not even an empty one
     parser.add_argument("--advice", default="")
     parser.add_argument("command", nargs="+")
     options = parser.parse_args()

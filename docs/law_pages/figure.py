@@ -17,7 +17,7 @@ _THEMED = {
 
 def drawing(name: str, draw, heights: tuple[float, float], alt: str) -> str:
     """``draw(figure, sheet)`` as HTML, wide and narrow, ``heights`` high [points]."""
-    markup = str(canvas.drawing(name, draw, heights, alt))
+    markup = str(canvas.drawing(name, draw, heights, alt, touch=False))
     for colour, variable in _THEMED.items():
         markup = markup.replace(colour, variable)
     return f'<div class="drawing">{markup}</div>\n'

@@ -161,5 +161,14 @@ def test_the_version_stands_once(root):
 
     text = (root / "include" / "needleforce" / "version.hpp").read_text(encoding="utf-8")
     assert re.search(r'version = "([^"]+)"', text).group(1) == core.version == __version__
-    for name in ("pyproject.toml", "CMakeLists.txt", "CITATION.cff"):
+    for name in ("pyproject.toml", "CMakeLists.txt"):
         assert __version__ not in (root / name).read_text(encoding="utf-8")
+
+
+def test_the_citation_is_of_the_newest_version_and_its_day_in_the_changelog(root):
+    from needleforce.vocabulary import __version__
+
+    citation, changelog = ((root / name).read_text(encoding="utf-8") for name in ("CITATION.cff", "CHANGELOG.md"))
+    day = re.search(r"^date-released: (\S+)$", citation, re.M).group(1)
+    assert f"\nversion: {__version__}\n" in citation
+    assert re.search(r"^## (\d.*)$", changelog, re.M).group(1) == f"{__version__} - {day}"

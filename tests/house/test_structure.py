@@ -10,15 +10,15 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 358,
-    "lines": 68_345,
+    "Python files": 359,
+    "lines": 69_400,
     "modules with one importer": 46,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 12,
     "files that run in `nf.read(file)`": 26,
     "files that run in `nf.identify(recording)`": 40,
-    "stays in files on the path through `read`": 111,
-    "returns to a file on the path through `read`": 79,
+    "stays in files on the path through `read`": 113,
+    "returns to a file on the path through `read`": 81,
     "calls with six or more positional arguments": 0,
 }
 

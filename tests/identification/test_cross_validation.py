@@ -69,12 +69,12 @@ def test_repeats_of_another_motion_do_not_count():
 
 def test_a_perfect_predictor_stands_below_the_floor():
     """With five repeats it errs by sd, the mean of four by sd sqrt(1 + 1/4): 0.894."""
-    random, ratios = np.random.default_rng(1), []
+    random, ratios, whole = np.random.default_rng(1), [], measured_cycle(segmented(RUN))
     for _ in range(60):
         factors = 1.0 + 0.05 * random.standard_normal(5)
-        floor = errors_of_floor([scaled(factor) for factor in factors])
-        cycles = [measured_cycle(segmented(scaled(factor))) for factor in factors]
-        perfect = np.array([cycle.errors(RUN.force[cycle.span]) for cycle in cycles])
+        cycles = [dataclasses.replace(whole, force=factor * whole.force) for factor in factors]
+        floor = np.array([cycle.errors(mean_of_others(cycles, k)) for k, cycle in enumerate(cycles)])
+        perfect = np.array([cycle.errors(whole.force) for cycle in cycles])
         ratios.append(CrossValidation(perfect, perfect, floor).over_floor(perfect)[0] ** 2)
     assert np.sqrt(np.mean(ratios)) == pytest.approx(np.sqrt(0.8), rel=0.05)
 

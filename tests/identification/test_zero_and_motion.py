@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce.identification.strokes import stroke_speed
 
 TRUTH = {"friction_per_length": 18.6, "cutting_force": 0.0776, "contact_depth": 0.0}
 PLAIN = nf.Motion.insert(start=-4e-3, speed=3e-3, depth=11e-3, hold=0.5, withdraw=True)
@@ -166,3 +167,8 @@ def test_a_touch_before_the_insertion_is_not_the_insertion():
     force = force + np.random.default_rng(0).normal(0.0, 3e-3, len(force))
     at = nf.identify(nf.Recording(time=time, depth=depth, force=force)).parameters["puncture_depth"]
     assert at.low <= nf.preset("paper").layers[0].puncture.depth <= at.high
+
+
+def test_a_stroke_whose_depth_jumps_over_its_middle_has_a_speed():
+    depth = np.where(np.arange(100) < 50, 0.0, 10e-3)
+    assert stroke_speed(np.arange(100) / 99.0, depth) == pytest.approx(10e-3)

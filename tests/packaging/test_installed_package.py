@@ -44,7 +44,7 @@ def test_pkg_config_gives_the_flags(prefix, outside):
 def test_a_subdirectory_gives_the_same_targets_and_installs_nothing(root, outside, tmp_path):
     """With the C library as a shared one, and neither tests nor Python."""
     lists = outside / "c" / "CMakeLists.txt"
-    text = lists.read_text().replace("find_package(needleforce 0.1 REQUIRED)", f"add_subdirectory({root} needleforce)")
+    text = lists.read_text().replace("find_package(needleforce 0.2 REQUIRED)", f"add_subdirectory({root} needleforce)")
     lists.write_text(text + "get_target_property(found needleforce::needleforce INTERFACE_COMPILE_FEATURES)\n")
     build = built(outside / "c", tmp_path / "build", "-DBUILD_SHARED_LIBS=ON", "-DCMAKE_BUILD_TYPE=Debug")
     assert said([build / "controller"]) == SAID
@@ -56,7 +56,7 @@ def test_a_subdirectory_gives_the_same_targets_and_installs_nothing(root, outsid
 
 def test_another_minor_version_is_not_taken(prefix, outside):
     lists = outside / "c" / "CMakeLists.txt"
-    lists.write_text(lists.read_text().replace("needleforce 0.1", "needleforce 0.0"))
+    lists.write_text(lists.read_text().replace("needleforce 0.2", "needleforce 0.1"))
     with pytest.raises(AssertionError, match="compatible with requested version"):
         built(outside / "c", outside / "build", f"-DCMAKE_PREFIX_PATH={prefix}")
 

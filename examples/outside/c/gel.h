@@ -1,5 +1,5 @@
 /* paper: Bare cone, constant friction per length, constant cutting force; PVA phantom at 3 mm/s.
-   Written by needleforce export, version 0.1.0: export it again instead of editing it.
+   Written by needleforce export, version 0.2.0: export it again instead of editing it.
    SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion.
    Use: nf_init(memory, size, gel, gel_layers, NULL, &why);
    Reference: source paper (force model of needle insertion into a PVA phantom), sec. 2.1-2.4

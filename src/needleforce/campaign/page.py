@@ -116,7 +116,7 @@ def _figures(conditions: Sequence[Condition], numbers: dict[str, int], reasons: 
     key = [element("b", "Repeats", class_="measured"), " thin and grey, ", element("b", "pooled model", class_="model"),
            " thick and orange. Anomalous repeats have other colours and are dashed if left out of the pooled fit. "
            "All panels have the same axes unless stated otherwise. Titles are the fields of the table."]  # fmt: skip
-    every = (_figure(k, each, fields, scale, numbers, reasons) for k, each in enumerate(conditions, 1))
+    every = (_figure(k, each, fields, scale, numbers=numbers, reasons=reasons) for k, each in enumerate(conditions, 1))
     return note(join(key), "note before"), element("div", *every, class_="multiples")
 
 

@@ -104,20 +104,21 @@ def demonstrate(
 
 
 def _identified(campaign: Any, folder: Path, speed: float, progress: Callable[[Any, str], Any]) -> "Fit":
-    """Apply the paper's procedure to the files of one speed: its model, both passes, and the two bench tests."""
+    """Apply the paper's procedure to the files of one speed: its model, both passes, and, for the table, the two bench
+    tests."""
     from ..identification import identify
     from ..preset_files import preset
     from ..recording import read
 
     runs = progress(campaign.runs, f"reading {1e3 * speed:g} mm/s")
     passes = [read(folder / f"{run.name}_force.csv") for run in runs]
+    bench = {"bending": folder / "needle_bending.csv", "tension": folder / "tissue_tension.csv"}
     return identify(
         passes[::2],
         second_pass=passes[1::2],
         model="paper",
         needle=preset("paper").needle,
-        bending=folder / "needle_bending.csv",
-        tension=folder / "tissue_tension.csv",
+        **(bench if speed == SPEEDS[0] else {}),
         progress=progress,
     )
 

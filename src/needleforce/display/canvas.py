@@ -66,10 +66,13 @@ class Sheet:
 FULL, WITH_SIDE_CAPTION, NARROW = Sheet(640.0), Sheet(390.0), Sheet(262.0, narrow=True)
 
 
-def drawing(name: str, draw: Callable, heights: tuple[float, float], alt: str, wide: Sheet = FULL) -> Markup:
+def drawing(
+    name: str, draw: Callable, heights: tuple[float, float], alt: str, wide: Sheet = FULL, touch: bool = True
+) -> Markup:
     """``draw(figure, sheet)`` on a wide and a narrow sheet of ``heights`` [points]; the page shows one of the two."""
     sheets = zip(("wide", "narrow"), (wide, NARROW), heights)
-    return join(element("div", svg(name, draw, sheet, height, alt), class_=kind) for kind, sheet, height in sheets)
+    both = ((kind, svg(name, draw, sheet, height, alt, touch=touch)) for kind, sheet, height in sheets)
+    return join(element("div", each, class_=kind) for kind, each in both)
 
 
 def panels(
@@ -109,14 +112,15 @@ def save_drawing(path: Path, draw: Callable, height: float, sheet: Sheet = FULL)
         _save(draw, sheet, height, style, file.buffer, format=kind, dpi=216, metadata=metadata)
 
 
-def svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str) -> Markup:
-    """One drawing as an ``svg`` element, the same for the same input."""
+def svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str, touch: bool = True) -> Markup:
+    """One drawing as an ``svg`` element, the same for the same input; with ``touch`` it is one for ``touch.js``."""
     # the salt makes the names of clip paths unique: two drawings of one page must not share them
-    # a curve keeps its points: they are the values that the page shows
-    style, text = {"svg.hashsalt": f"{name}-{sheet.width:g}", "path.simplify": False}, io.BytesIO()
+    # a curve keeps its points for touch.js: they are the values that the page shows
+    style, text = {"svg.hashsalt": f"{name}-{sheet.width:g}", "path.simplify": not touch}, io.BytesIO()
+    drawn = partial(_touchable, draw) if touch else draw
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Glyph")  # the browser's fonts draw the text, not matplotlib's
-        _save(partial(_touchable, draw), sheet, height, style, text, format="svg", metadata=_NO_METADATA)
+        _save(drawn, sheet, height, style, text, format="svg", metadata=_NO_METADATA)
     return _inline(text.getvalue().decode(), sheet, height, alt)
 
 

@@ -243,7 +243,7 @@ def _with_layers(
     layered = with_one_layer_parameters(layered, fit)
     found = any(single.events.punctures for single in singles)  # of a recording that has no fit, too
     reason = LAYERED_BY_DEFAULT if found else LAYERED_WITHOUT_PUNCTURE
-    chosen = _better(fit, layered, singles, (law, DEFAULT_LAYERED), reason, len(layered.parameters))
+    chosen = _better(fit, layered, singles, (law, DEFAULT_LAYERED), reason, shared=len(layered.parameters))
     return _compared(chosen, fit, singles) if fit.identified_model and chosen.model is layered.model else chosen
 
 

@@ -198,9 +198,11 @@ def _outwards(events: Events) -> slice:
 
 
 def stroke_speed(time: np.ndarray, depth: np.ndarray) -> float:
-    """Mean speed [m/s] over the middle of an inward stroke, time [s] and depth [m] (n,)."""
+    """Mean speed [m/s] over the middle of an inward stroke, time [s] and depth [m] (n,); over all of it where the depth
+    jumps over the middle."""
     low, high = (depth[0] + share * (depth[-1] - depth[0]) for share in MIDDLE_OF_STROKE)
     first, last = int(np.argmax(depth > low)), int(np.argmax(depth >= high))
+    first, last = (first, last) if last > first else (0, len(depth) - 1)
     return float((depth[last] - depth[first]) / max(time[last] - time[first], 1e-9))
 
 

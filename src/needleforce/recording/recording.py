@@ -158,7 +158,8 @@ class Recording(Printed):
         """Median sampling rate [Hz]; of rounded stamps, whose steps alternate between two, by the mean step."""
         steps, middle = np.diff(self.time), core.median_step(self.time)
         near = steps[np.abs(steps - middle) < 0.5 * middle]
-        alternate = len(np.unique(np.round(near / middle, 6))) == 2
+        low, high, equal = near.min(), near.max(), 1e-6 * middle
+        alternate = high - low > equal and bool(np.all((near - low < equal) | (high - near < equal)))
         return 1.0 / (float(near.mean()) if alternate else middle)
 
     def between(

@@ -155,12 +155,13 @@ class Problem:
 
     def solve(self, x: np.ndarray, max_steps: int) -> tuple[np.ndarray, float]:
         """Least squares from x in at most ``max_steps`` steps: the vector, and half the sum of squares."""
-        return self._core.search(x, self._free, *self.bounds(), max_steps, False)
+        return self._core.search(x, self._free, *self.bounds, max_steps, False)
 
     def settled(self, x: np.ndarray, max_steps: int) -> tuple[np.ndarray, float]:
         """``solve`` and scans of the parameters at which the force jumps, in turn, as long as the cost decreases."""
-        return self._core.search(x, self._free, *self.bounds(), max_steps, True)
+        return self._core.search(x, self._free, *self.bounds, max_steps, True)
 
+    @cached_property
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Lowest and highest x (size,): a layer begins between the smallest contact depth, with a margin, and the
         deepest point, its surface comes to rest inside the tissue, and no spring is stiffer than one that the largest

@@ -191,7 +191,7 @@ def _down_to(one: Problem, layer: int, punctures: np.ndarray) -> Problem:
     held |= set(range(PER_LAYER * (layer + 1), unknowns.relaxing))
     held |= {*range(unknowns.relaxing, unknowns.shared), *range(unknowns.shared + layer, unknowns.size)}
     own = replace(unknowns, held=unknowns.held | held)
-    return replace(one, cycles=(replace(cycle, **parts),), unknowns=own, limits=one.bounds())
+    return replace(one, cycles=(replace(cycle, **parts),), unknowns=own, limits=one.bounds)
 
 
 def _of_a_layer(one: Problem, x: np.ndarray, layer: int) -> Iterator[np.ndarray]:

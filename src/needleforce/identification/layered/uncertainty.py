@@ -295,7 +295,7 @@ def absent(solved: Solved) -> frozenset[str]:
 def _limited(solved: Solved) -> frozenset[str]:
     """Names of parameters that were held, or that the search ended with at one of their limits."""
     unknowns, x = solved.problem.unknowns, solved.x
-    low, high = solved.problem.bounds()
+    low, high = solved.problem.bounds
     near = 1e-6 * (high - low)
     at = np.flatnonzero((x <= low + near) | (x >= high - near))
     places = {k for k in (*at, *unknowns.held) if k < unknowns.relaxing}
