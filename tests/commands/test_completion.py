@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a shell is told to complete, by the interface that the installed script calls."""
+"""What a shell is given to complete, by the interface that the installed script calls."""
 
 import pytest
 from typer.testing import CliRunner

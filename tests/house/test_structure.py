@@ -10,7 +10,7 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 359,
+    "Python files": 360,
     "lines": 69_400,
     "modules with one importer": 46,
     "modules in the largest import circle": 4,

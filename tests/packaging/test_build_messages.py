@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A computer that cannot compile the Python module is told what it lacks, and where to get it."""
+"""A computer that cannot compile the Python module is shown what it lacks, and where to get it."""
 
 import re
 import shutil
