@@ -200,14 +200,16 @@ def read_configuration(host: str, page: str = "") -> SensorConfiguration:
 
 
 def _fetched(url: str) -> bytes:
+    timed_out = threading.Event()
     try:
-        with contextlib.closing(_connection(url)) as connection, _limited_to(_PAGE_TIMEOUT_S, connection) as timed_out:
+        with contextlib.closing(_connection(url)) as connection, _limited_to(_PAGE_TIMEOUT_S, connection, timed_out):
             path = urlsplit(url)
             connection.request("GET", (path.path or "/") + (f"?{path.query}" if path.query else ""))
             answer = connection.getresponse()
             page = answer.read(MAX_PAGE_BYTES + 1)
     except (OSError, ValueError, HTTPException) as error:
-        raise _not_read(getattr(error, "strerror", None) or str(error), url) from None
+        if not timed_out.is_set():  # data that arrive after the shutdown reset the connection
+            raise _not_read(getattr(error, "strerror", None) or str(error), url) from None
     if timed_out.is_set():
         raise _not_read(f"not complete after {_PAGE_TIMEOUT_S:g} s", url)
     if answer.status != 200:
@@ -227,9 +229,9 @@ def _connection(url: str) -> HTTPConnection:
 
 
 @contextlib.contextmanager
-def _limited_to(seconds: float, connection: HTTPConnection) -> Iterator[threading.Event]:
+def _limited_to(seconds: float, connection: HTTPConnection, timed_out: threading.Event) -> Iterator[None]:
     """Shut the connection down after ``seconds``, even while data arrive slowly; the event is then set."""
-    timed_out, open_socket = threading.Event(), connection.sock
+    open_socket = connection.sock
 
     def shut() -> None:
         timed_out.set()
@@ -239,7 +241,7 @@ def _limited_to(seconds: float, connection: HTTPConnection) -> Iterator[threadin
     timer = threading.Timer(seconds, shut)
     timer.start()
     try:
-        yield timed_out
+        yield
     finally:
         timer.cancel()
         timer.join()
