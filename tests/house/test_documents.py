@@ -48,7 +48,7 @@ def test_the_readme_runs_and_draws(root, folder):
 
 def test_the_pictures_of_the_readme_are_drawn(root, tmp_path):
     run([str(root / "examples" / "front_page.py"), "."], tmp_path)
-    for name in ("front", "steering", "layers"):
+    for name in ("front", "steering", "layers", "solid"):
         assert (tmp_path / f"{name}.svg").stat().st_size > 5000 and (root / "docs/figures" / f"{name}.svg").exists()
 
 

@@ -157,6 +157,16 @@ def test_recordings_without_withdrawal_use_only_the_insertion():
     assert "insertion only" in fit.parameters["friction_per_length"].source
 
 
+def test_the_modulus_of_a_bevel_is_stated_by_each_reading():
+    angle = np.radians(20.0)
+    needle = PAPER.needle.replace(tip=nf.tips.LancetBevel(angle))
+    fit = nf.identify(noisy(), model="paper", needle=needle)
+    (said,) = [text for text in fit.warnings if "bevel" in text]
+    cone = 1e-3 * fit.parameters["reduced_modulus"].value
+    for word, tangent in {"equal_length": np.tan(angle) / 2, "equal_volume": np.tan(angle) / 3}.items():
+        assert f"{word} {cone * np.tan(angle) / tangent:.4g} kPa" in said
+
+
 def test_what_is_implied_is_not_called_identifiable(tmp_path):
     stretch = np.linspace(1.0, 1.2, 20)
     rows = np.column_stack([stretch, 116e3 / 3 * (stretch - stretch**-2)])
