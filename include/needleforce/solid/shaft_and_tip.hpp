@@ -77,24 +77,28 @@ class ShaftAndTip {
     state_.depth = depth;
     know(state_.tip);
     expect(travel);
-    std::array<FrictionBounds, max_path_nodes> all;
-    const std::span<FrictionBounds> bounds(all.data(), tissue_.nodes);
     std::size_t allowed = std::abs(travel) > leap ? leap_sweeps : max_sweeps, turns = max_turns;
     begins_ = {};
+    travel_ = std::abs(travel);
     std::size_t sweeps = 0;
     bool moved = false;
     for (std::size_t turn = 0; turn < turns; ++turn) {
-      layers_.bounds(bounds, state_.tip);
+      const std::span<FrictionBounds> bounds = bound();
       do {
         const double change = balance_tip(depth, speed);
         if (std::max(change, sweep(state_.shaft, tissue_, bounds, depth, sweeps % 2 == 1)) < tolerance) break;
       } while (++sweeps < allowed);
+      if (overdrawn()) {
+        begins_.bare = true;
+        turn = sweeps = 0;
+        continue;
+      }
       moved = moved_tip(depth, speed, last);
       if (begins_.limited()) allowed = leap_sweeps, turns = begin_turns;
       if (sweeps >= allowed || !moved) break;
     }
-    if (moved) clamp_forces(bounds, speed);
-    const double slid = slide(state_.shaft, bounds, depth);
+    if (moved) clamp_forces(speed);
+    const double slid = slide(state_.shaft, bounds_, depth);
     remember(before, tip_force, travel, state_.tip == tip);
     return begins_.limited() ? 0.0 : slid + cut_from(tip);  // what the contact left has moved the tip
   }
@@ -108,14 +112,26 @@ class ShaftAndTip {
   /// and with the shaft no more energy.
   struct Beginning {
     double force = std::numeric_limits<double>::infinity(), energy = force;  // [N], [J]
+    bool bare = false;  // the first shaft begins without force
     bool limited() const noexcept { return force < std::numeric_limits<double>::infinity(); }
   };
-  // by how much a motion of the tip along the path changes how far it has to go, in the secant
-  static constexpr double min_yield = 1.0, max_yield = 3.0;
+  // by how much a motion of the tip along the path changes how far it has to go, in the secant; above 1, as a
+  // tip that rounding puts too far has lost of its force
+  static constexpr double min_yield = 1.001, max_yield = 3.0;
+
+  /// Bounds of friction where the tip is.
+  std::span<FrictionBounds> bound() noexcept {
+    const std::span<FrictionBounds> bounds(bounds_.data(), tissue_.nodes);
+    if (begins_.bare)
+      std::ranges::fill(bounds, FrictionBounds{});
+    else
+      layers_.bounds(bounds, state_.tip);
+    return bounds;
+  }
 
   /// After the tip moved without a balance: no force beyond what shaft and tip can bear where they are now.
-  void clamp_forces(std::span<FrictionBounds> bounds, double speed) noexcept {
-    layers_.bounds(bounds, state_.tip);
+  void clamp_forces(double speed) noexcept {
+    const std::span<FrictionBounds> bounds = bound();
     for (std::size_t i = 0; i < state_.shaft.known; ++i) {
       const double force = std::clamp(state_.shaft.force[i], bounds[i].low, bounds[i].high);
       if (force == state_.shaft.force[i]) continue;
@@ -144,30 +160,36 @@ class ShaftAndTip {
   double cut_force(double speed) const noexcept {
     if (state_.pierced == 0) return 0.0;
     const double force = layers_[state_.pierced - 1].cutting(speed);
-    return begins_.force < force ? std::min(force, beginning_force()) : force;
+    return begins_.limited() ? std::min(force, beginning_force()) : force;
   }
   /// Of a cut that goes on from the contact with the next layer. Above others the contact is that of a needle
-  /// without a shaft in tissue, and may hold less than the solid would with its force.
+  /// without a shaft in tissue, and may hold less than the solid would with its force; the base has paid for
+  /// it with the mean of the forces before and after the step.
   Beginning beginning(double gap, const BetweenNodes& at) const noexcept {
     const PathLayer& layer = layers_[state_.pierced];
-    const double force = state_.on_contact ? layer.puncture_force() : state_.tip_force;
-    const double energy = state_.pierced == 0 ? layer.contact_energy(layer.puncture)
-                                              : std::max(layer.contact_energy(gap),
-                                                         0.5 * at.compliance(tissue_) * force * force);
-    return {force, held(at) + energy};
+    const double force = state_.tip_force, paid = layer.contact_energy(gap) - 0.5 * force * travel_;
+    if (state_.pierced == 0) return {std::min(force, layer.puncture_force()), std::max(0.0, paid)};
+    const double own = std::max(paid, 0.5 * at.compliance(tissue_) * force * force);
+    return {force, strained() + force * by_shaft(at) + own};
   }
   /// With which shaft and tip hold the energy that the contact left [N].
   double beginning_force() const noexcept {
     const auto at = BetweenNodes::at(state_.tip, tissue_);
     const double own = at.compliance(tissue_), by = by_shaft(at);
-    const double left = begins_.energy - held(at) + state_.tip_force * by;
+    const double left = begins_.energy - strained();
     return std::clamp((std::sqrt(std::max(0.0, by * by + 2.0 * own * left)) - by) / own, 0.0, begins_.force);
   }
-  /// Energy of the shaft's forces, and of their displacement of the tip [J].
-  double held(const BetweenNodes& at) const noexcept {
-    double twice = state_.tip_force * by_shaft(at);
-    for (std::size_t i = 0; i < state_.shaft.known; ++i)
-      twice += state_.shaft.force[i] * state_.shaft.displacement[i];
+  /// True where the first shaft would begin with more than half of the energy that the contact left.
+  bool overdrawn() const noexcept {
+    return begins_.limited() && !begins_.bare && state_.pierced == 1 && 2.0 * strained() > begins_.energy;
+  }
+  /// Energy of the shaft's forces alone [J].
+  double strained() const noexcept {
+    double twice = -state_.tip_force * by_shaft(BetweenNodes::at(state_.tip, tissue_));
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) {
+      const double force = state_.shaft.force[i];
+      twice += force * (state_.shaft.displacement[i] + bounds_[i].compliance * force);
+    }
     return 0.5 * twice;
   }
   /// True where the tip presses on a layer that it has not broken through.
@@ -279,6 +301,8 @@ class ShaftAndTip {
   const PathLayers& layers_;
   CondensedState& state_;
   Beginning begins_{};
+  double travel_ = 0.0;                                // of this part of a step [m]
+  std::array<FrictionBounds, max_path_nodes> bounds_;  // of the last turn
 };
 
 }  // namespace needleforce::solid
