@@ -219,7 +219,8 @@ class Fit(EstimateResult):
             indentation = 1e3 * (each.recording.depth - surface)
             axes.plot(indentation, each.recording.force, color=MEASURED, lw=0.8, label="" if k else "measured")
             if len(each.predicted):
-                axes.plot(indentation, each.predicted, color=MODEL, lw=1.2, label="" if k else "model")
+                label = "" if "model" in axes.get_legend_handles_labels()[1] else "model"
+                axes.plot(indentation, each.predicted, color=MODEL, lw=1.2, label=label)
         return INDENTATION, FORCE
 
     @property
