@@ -170,6 +170,7 @@ class EstimateResult(Result):
         return self._found().cells()
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Warnings", getattr(self, "warnings", ())
         yield "Notes", getattr(self, "notes", ())
 
     def _draw(self, axes: Any) -> tuple[str, ...]:
