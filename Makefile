@@ -72,7 +72,7 @@ help:  ## this list
 # The package is installed as a path to src/, its command and its version: a module that is new or moved is found at once.
 # An editable install that compiles would find only the modules that were there when it was made.
 .venv/.editable: pyproject.toml include/needleforce/version.hpp .venv/.packages
-	@$(INSTALL) --quiet --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace \
+	@$(WATCHED) "installing needleforce" -- $(INSTALL) --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace \
 	  --config-settings=wheel.py-api= --editable .
 	@touch $@
 
@@ -196,6 +196,7 @@ format: .venv/.lint-packages  ## the same, changing files
 docs: setup  ## the pages of docs/ as HTML in build/docs
 	@$(WATCHED) "packages for the pages" $(FETCH) -- $(INSTALL) --requirement docs/requirements.txt
 	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W --show-traceback docs build/docs
+	@$(WATCHED) "links" --show -- $(BIN)/python tools/check_links.py build/docs
 	@echo "build/docs/index.html"
 
 reference: setup  ## FILE=values.json through the public names: name, expected, got, pass

@@ -5,9 +5,11 @@ import re
 import shutil
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 from building import TOOLS
+from scikit_build_core import build
 
 COMPILER = f"-DCMAKE_CXX_COMPILER={shutil.which('g++')}"
 LACKS = {  # -> arguments of CMake, and what is said
@@ -31,3 +33,18 @@ def test_what_is_missing_to_compile_is_named(lacking, root, tmp_path):
     said = " ".join(done.stderr.split())
     assert said.count("CMake Error") == 1
     assert re.search(message, said), said
+
+
+@pytest.mark.parametrize(
+    ("of_skbuild", "there", "message"),
+    [
+        ("platform.machine", lambda: "i686", "needs a system and a Python of 64 bits: SciPy and pandas are not"),
+        ("sys", SimpleNamespace(version_info=(3, 10, 13), platform="linux"), "needs Python 3.11 or newer. Install one"),
+    ],
+)
+def test_pip_is_refused_before_it_looks_for_packages(of_skbuild, there, message, root, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(root)
+    monkeypatch.setattr(f"scikit_build_core.settings.skbuild_overrides.{of_skbuild}", there)
+    with pytest.raises(SystemExit):
+        build.prepare_metadata_for_build_wheel(str(tmp_path))
+    assert re.search(f"^needleforce {message}", capsys.readouterr().out, re.M)

@@ -112,12 +112,8 @@ def _show(done: "Campaign", quiet: bool) -> None:
 
 def _row(condition: "Condition", shown: list[str]) -> list[str]:
     from ..campaign.result import quality_cells
-    from ..display.quantities import quantity
 
-    cells = []
-    for name in shown:
-        found = condition.parameters.get(name)
-        text = "-" if found is None else str(quantity(found.value, found.low, found.high, found.unit))
-        cells.append(text if found is None or found.identifiable else f"not identified ({text})")
+    found = map(condition.parameters.get, shown)
+    cells = ["-" if each is None else f"{each.doubt}{each.shown}" for each in found]
     used = f"{len(condition.pooled)}/{len(condition.recordings)}"
     return [condition.name, used, *quality_cells(condition.quality), *cells]

@@ -212,9 +212,9 @@ class Fit(EstimateResult):
         save(self.model, path)
 
     def _draw(self, axes: Any) -> tuple[str, ...]:
-        """Force over indentation, measured and modelled, of every recording."""
+        """Force over indentation, measured and modelled, of every recording; one with a model names both."""
         drawn = [each for each in self.recordings if each.recording is not None]
-        for k, each in enumerate(drawn):
+        for k, each in enumerate(sorted(drawn, key=lambda each: not len(each.predicted))):
             surface = each.surface if self.shared_contact is None else self.shared_contact
             indentation = 1e3 * (each.recording.depth - surface)
             axes.plot(indentation, each.recording.force, color=MEASURED, lw=0.8, label="" if k else "measured")
