@@ -7,7 +7,8 @@ Nothing of needleforce is used. The tissue holds the energy of w(u) = K u^2 / 2 
 the needle from the path that its tip cut. Its derivative is a force normal to the needle, w'(u) along its length, and
 w(u) on the tip, against the insertion: tissue that the tip leaves relaxes. Along the tangent act a friction per length
 and, on the tip, the cutting force. With --write the values are stored for the tests, each with its error: the
-difference to half the tolerance and half the travel of a step.
+difference to a tenth of the tolerance and half the travel of a step. Energy per length of the needle instead of per
+depth would change forces by 1.3 % at most, and the tip by 0.14 % of the base's motion.
 """
 
 import argparse

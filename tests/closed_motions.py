@@ -69,6 +69,8 @@ def work(insertion, motion, rows):
     moment = np.einsum("ni,nij->nj", rows["wrench"][:, 3:], frame)
     between = lambda values: 0.5 * (values[1:] + values[:-1])  # noqa: E731
     turned = np.cross(between(frame[:, 2]), np.diff(frame[:, 2], axis=0))
+    spun = np.sum(np.diff(frame[:, 0], axis=0) * between(frame[:, 1]), axis=1) + np.diff(motion.roll)
+    turned += spun[:, None] * between(frame[:, 2])
     guided = math.isfinite(insertion.guide_distance)
     fed = between(rows["force"] if guided else -force[:, 2]) * np.diff(motion.depth)
     across = np.sum(between(force[:, :2]) * np.diff(motion.lateral, axis=0), axis=1)

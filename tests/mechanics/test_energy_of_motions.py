@@ -86,6 +86,7 @@ def test_without_friction_the_hand_gets_back_what_it_put_in(many):
     assert beyond(shares) == []
 
 
+@pytest.mark.xfail(strict=True, reason="1 of 150: rolling a round needle in tissue that yields gains 41 %")
 def test_with_friction_the_balance_is_never_negative(many):
     shares = []
     for seed in range(many(150, 2000)):
@@ -152,6 +153,23 @@ def test_a_tip_that_is_pulled_back_cuts_no_more():
     run(needle, along([[30e-3, *[0] * 5], [30e-3, 6e-3, *[0] * 4]], 600))
     # pulled back by more than twice the presliding, the shaft slides out, and nothing is cut
     assert needle.step(30e-3, (6e-3, 0.0), dt=1.0).force < 0.0
+
+
+@pytest.mark.xfail(strict=True, reason="130 uJ of 159 gained: the wrench has no moment about the axis")
+@pytest.mark.parametrize("guide", [24e-3, math.inf])
+def test_a_needle_that_was_bent_before_gains_nothing_by_its_roll(guide):
+    stiffness = PAPER.needle.bending_stiffness
+    needle = nf.FlexibleInsertion(
+        None, PAPER.needle, lateral=50e3, guide_distance=guide, max_speed=math.inf,
+        sections=[(30e-3, stiffness, 8.0), (math.inf, stiffness, 0.0)],
+    )  # fmt: skip
+    place, rolled, aside = np.array([20e-3, *[0] * 5]), np.zeros(6), np.zeros(6)
+    rolled[5], aside[1] = math.pi, 2e-3
+    run(needle, along([[-2e-3, *[0] * 5], place], 220))
+    loop = along([place, place + rolled, place + rolled + aside, place + aside, place], 200)
+    rows = run(needle, loop)
+    turned = np.abs(work(needle, loop, rows)).sum()
+    assert abs(smooth_end(needle, loop, rows)) < BAR * turned
 
 
 @pytest.mark.xfail(strict=True, reason="-13 uJ of 17 turned over, without a warning")
