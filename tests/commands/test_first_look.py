@@ -86,6 +86,7 @@ def test_the_plot_is_what_the_terminal_can_show(monkeypatch, encoding, columns, 
     """A rise along the axis: one dot a column, from the lowest to the highest row."""
     import numpy as np
 
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", columns)
     monkeypatch.setattr("sys.stdout", type("Terminal", (), {"encoding": encoding})())
     x = np.linspace(0.0, 1.0, 400)

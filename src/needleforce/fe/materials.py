@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Materials of a solid: linear elastic, neo-Hookean, Mooney-Rivlin."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,11 +15,14 @@ BULK_RATIO = 1000.0
 _MIN_BULK_RATIO, _MAX_BULK_RATIO = 2.0 / 3.0, 1e6  # a Poisson's ratio of 0; rounding
 
 
-def check_labels(labels: object) -> None:
-    """Raise InputError for what are no names of layers, each once."""
+def check_labels(labels: object, known: Collection[str] | None = None) -> None:
+    """Raise InputError for what are no names of layers, each once, or not known ones."""
     if isinstance(labels, str) or not isinstance(labels, Sequence) or len(set(labels)) < len(labels):
         step = 'Give labels=("skin", "fat").'
         raise InputError("labels", repr(labels)[:60], "must be names, each once", next_step=step)
+    for label in labels if known is not None else ():
+        if label not in known:
+            raise InputError("label", label, f"the mesh has {list(known)}")
 
 
 def _ratio(value: float) -> None:

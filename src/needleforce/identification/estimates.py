@@ -169,11 +169,12 @@ class EstimateResult(Result):
     """A result whose numbers are ``estimates``, in a table and as intervals over their values."""
 
     __slots__ = ()
+    parameters: dict[str, Estimate]
 
     @property
     def estimates(self) -> Iterable[Estimate]:
-        """What was identified."""
-        raise NotImplementedError
+        """What was identified: all ``parameters`` where a result has no others."""
+        return tuple(self.parameters.values())
 
     def _found(self) -> Parameters:
         return Parameters({each.name: each for each in self.estimates})
@@ -182,6 +183,7 @@ class EstimateResult(Result):
         return self._found().cells()
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Warnings", getattr(self, "warnings", ())
         yield "Notes", getattr(self, "notes", ())
 
     def _draw(self, axes: Any) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from ..models.model import Model
 from ..recording import Recording
 from ..segmentation import Events, segment
 from ..vocabulary import Status
-from .estimates import Correlations, Estimate, EstimateResult, Parameters, Quality, correlations_of, not_identifiable
+from .estimates import Correlations, EstimateResult, Parameters, Quality, correlations_of, not_identifiable
 from .models import run_model
 from .one_layer.machine_stiffness import at_tip
 from .recording_fit import RecordingFit
@@ -134,11 +134,6 @@ class Fit(EstimateResult):
     def shared_contact(self) -> float | None:
         """Depth [m] of the surface where all recordings share it; None where each has its own."""
         return None
-
-    @property
-    def estimates(self) -> Iterable[Estimate]:
-        """The pooled estimates."""
-        return self.parameters.values()
 
     def new_insertion(self, recording: Recording) -> np.ndarray | None:
         """Force (n,) [N] expected of an insertion that was not recorded, along the motion of a recording; None where no
@@ -269,14 +264,6 @@ def with_not_identifiable(fit: Fit, names: Iterable[str]) -> Fit:
 def with_unreadable(fit: Fit | None, unreadable: list[tuple[str, InputError]]) -> Fit:
     """``fit`` with an entry for each (file, error) that could not be read; None is an empty fit."""
     fit = fit or Fit()
-    entries = tuple(
-        RecordingFit(
-            file=file,
-            status=Status.unreadable,
-            recording=None,
-            events=Events(status=Status.unreadable),
-            notes=(str(error),),
-        )
-        for file, error in unreadable
-    )
+    none = {"status": Status.unreadable, "recording": None, "events": Events(status=Status.unreadable)}
+    entries = tuple(RecordingFit(file=file, notes=(str(error),), **none) for file, error in unreadable)
     return dataclasses.replace(fit, recordings=fit.recordings + entries)
