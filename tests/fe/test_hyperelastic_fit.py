@@ -332,7 +332,7 @@ def test_a_depth_without_solution_is_named_with_the_last_one():
         ({"both": lambda x: x[60:]}, r"contact depth is at the start of the curve .*contact_depth"),
         ({"contact_depth": 1.0}, "contact depth is 1000 mm, more than 10 samples must be deeper"),
         ({"contact_depth": np.nan}, "contact_depth is nan, not a finite number"),
-        ({"labels": ("skin",)}, r"label is skin, must be one of \['tissue'\]"),
+        ({"labels": ("skin",)}, r"label is skin, the mesh has \['tissue'\]"),
         ({"labels": ("tissue", "tissue")}, "each once"),
         ({"find_c01": True}, "find_c01 is True, no material that is found is Mooney-Rivlin"),
         ({"boundary": "lid"}, "boundary is lid, is not one of the mesh"),

@@ -36,9 +36,7 @@ from .modulus_fit import modulus_estimates
 
 MAX_HALF_WIDTH = float(np.log(10.0))  # of the logarithm of a modulus: beyond, the curve does not show it
 MIN_STICKING = 3.0  # [resolutions of the depth] travel after a reversal in which the shaft sticks
-MIN_REVERSAL = (
-    0.33  # [of that] travel after a reversal: in less, the tip's own spring is as large a part as the shaft's
-)
+MIN_REVERSAL = 0.33  # [of that] travel after a reversal: in less, the tip's own spring is as large as the shaft's
 MAX_CHANGE = 0.05  # of the logarithm of a modulus with the spacing
 _LARGE = 10.0  # depth and radius of a block that stands for a half-space, in lengths of the path
 _SOURCE = "insertion into the solid"
