@@ -14,6 +14,7 @@ from needleforce import core, fe
 
 AXIAL = tuple(name for name in nf.presets() if name != "layered_as_fitted")  # whose friction states that it gains
 TIPS = ("none", "bevel", "tip force")
+ROUNDING = 1e-15  # work that is nothing but the rounding of forces [J]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,11 +96,11 @@ class Balance:
     @property
     def share(self):
         """The least of the balance over what was turned over."""
-        return self.least / self.turned if self.turned > 0.0 else 0.0
+        return self.least / self.turned if self.turned > ROUNDING else 0.0
 
     @property
     def left(self):
-        return abs(self.end) / self.turned if self.turned > 0.0 else 0.0
+        return abs(self.end) / self.turned if self.turned > ROUNDING else 0.0
 
 
 def smooth_end(insertion, motion, rows):

@@ -262,11 +262,8 @@ def of_main(options: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def of_motion(options: Mapping[str, Any] | None) -> dict[str, Any]:
     """The options that apply to the motion, without the prefix of their keys."""
-    return {
-        key.removeprefix(MOTION_PREFIX): value
-        for key, value in (options or {}).items()
-        if key.startswith(MOTION_PREFIX)
-    }
+    found = (options or {}).items()
+    return {key.removeprefix(MOTION_PREFIX): value for key, value in found if key.startswith(MOTION_PREFIX)}
 
 
 def stated_unit(table: Table, index: int) -> str | None:
