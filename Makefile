@@ -17,8 +17,6 @@ unexport PYTHONDONTWRITEBYTECODE
 # names from requirements/, versions from constraints.txt. Python compiles what is imported when it is: all of it at once takes longer
 # than the rest of the installation.
 INSTALL = $(BIN)/pip install --disable-pip-version-check --no-compile --constraint constraints.txt
-# after the words of pip, which end with a conflict of versions where there is only no network
-FETCH = --advice "Are packages missing above? Look at the network, or set HTTPS_PROXY; is the disk full, make room. Then give the command again: it goes on."
 NINJA = -G Ninja -DCMAKE_MAKE_PROGRAM=$(CURDIR)/$(BIN)/ninja
 MINUTES ?= 10
 SHARE ?= 0
@@ -42,23 +40,23 @@ help:  ## this list
 	@touch $@
 
 .venv/.build-packages: requirements/build.txt constraints.txt | .venv/.made
-	@$(WATCHED) "packages to compile with" $(FETCH) -- $(INSTALL) --requirement requirements/build.txt
+	@$(WATCHED) "packages to compile with" -- $(INSTALL) --requirement requirements/build.txt
 	@touch $@
 
 .venv/.packages: requirements/run.txt .venv/.build-packages
-	@$(WATCHED) "packages to run with" $(FETCH) -- $(INSTALL) --requirement requirements/run.txt
+	@$(WATCHED) "packages to run with" -- $(INSTALL) --requirement requirements/run.txt
 	@touch $@
 
 .venv/.test-packages: requirements/tests.txt .venv/.packages
-	@$(WATCHED) "packages to test with" $(FETCH) -- $(INSTALL) --requirement requirements/tests.txt
+	@$(WATCHED) "packages to test with" -- $(INSTALL) --requirement requirements/tests.txt
 	@touch $@
 
 .venv/.wheel-packages: requirements/wheels.txt .venv/.build-packages
-	@$(WATCHED) "packages to audit wheels with" $(FETCH) -- $(INSTALL) --requirement requirements/wheels.txt
+	@$(WATCHED) "packages to audit wheels with" -- $(INSTALL) --requirement requirements/wheels.txt
 	@touch $@
 
 .venv/.lint-packages: requirements/lint.txt .venv/.build-packages
-	@$(WATCHED) "formatters and linters" $(FETCH) -- $(INSTALL) --requirement requirements/lint.txt
+	@$(WATCHED) "formatters and linters" -- $(INSTALL) --requirement requirements/lint.txt
 	@touch $@
 
 # The compiled module and its stubs go into src/, where .gitignore has them.
@@ -72,7 +70,7 @@ help:  ## this list
 # The package is installed as a path to src/, its command and its version: a module that is new or moved is found at once.
 # An editable install that compiles would find only the modules that were there when it was made.
 .venv/.editable: pyproject.toml include/needleforce/version.hpp .venv/.packages
-	@$(INSTALL) --quiet --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace \
+	@$(WATCHED) "installing needleforce" -- $(INSTALL) --no-build-isolation --no-deps --config-settings=wheel.cmake=false --config-settings=editable.mode=inplace \
 	  --config-settings=wheel.py-api= --editable .
 	@touch $@
 
@@ -120,7 +118,7 @@ proof-tools: .venv/.proof-packages
 	@PYTHON=$(PYTHON) tools/system_packages.sh proof
 
 .venv/.proof-packages: tests/proof/requirements.txt .venv/.build-packages
-	@$(WATCHED) "packages to prove with" $(FETCH) -- $(INSTALL) --requirement tests/proof/requirements.txt
+	@$(WATCHED) "packages to prove with" -- $(INSTALL) --requirement tests/proof/requirements.txt
 	@touch $@
 
 proof-effects: proof-tools
@@ -164,7 +162,7 @@ wasm: .venv/.made  ## the core for WebAssembly and its module, in build/wasm
 	@$(WATCHED) "WebAssembly" -- bindings/wasm/build.sh build/wasm
 
 bench: setup .venv/.test-packages  ## the bars as ratios, measured in one run
-	@$(WATCHED) "packages to compare with" $(FETCH) -- $(INSTALL) --requirement benchmarks/requirements.txt
+	@$(WATCHED) "packages to compare with" -- $(INSTALL) --requirement benchmarks/requirements.txt
 	@$(BIN)/python benchmarks/run.py $(BENCH)
 
 bench-full: BENCH = --full
@@ -194,8 +192,9 @@ format: .venv/.lint-packages  ## the same, changing files
 	@$(BIN)/clang-format -i $(CXX_SOURCES)
 
 docs: setup  ## the pages of docs/ as HTML in build/docs
-	@$(WATCHED) "packages for the pages" $(FETCH) -- $(INSTALL) --requirement docs/requirements.txt
+	@$(WATCHED) "packages for the pages" -- $(INSTALL) --requirement docs/requirements.txt
 	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W --show-traceback docs build/docs
+	@$(WATCHED) "links" --show -- $(BIN)/python tools/check_links.py build/docs
 	@echo "build/docs/index.html"
 
 reference: setup  ## FILE=values.json through the public names: name, expected, got, pass

@@ -40,10 +40,12 @@ sphinx_gallery_conf = {
     "backreferences_dir": "gallery/pictures/used",
     "filename_pattern": r"\.py$",
     "reset_modules": ("gallery_style.plain",),
+    "image_scrapers": ("gallery_style.scraper",),
     "within_subsection_order": "FileNameSortKey",
     "notebook_extensions": set(),  # a notebook would be read as a page, and run again
     "abort_on_example_error": True,
     "write_computation_times": False,
+    "min_reported_time": 3600,  # s: how long an example took is not shown
     "show_signature": False,
     "download_all_examples": False,
     "remove_config_comments": True,

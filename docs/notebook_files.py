@@ -1,10 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sphinx: each notebook of the tutorials can be taken from its page, for Jupyter or as a script."""
+"""Sphinx: each notebook of the tutorials can be taken from its page, for Jupyter or as a script, and its pictures are
+described in words."""
 
 import os
+import re
 from pathlib import Path
+from typing import Any
 
 import nbformat
+from docutils import nodes
 from myst_nb.core.read import read_myst_markdown_notebook
 
 FOLDER = "tutorials"
@@ -20,6 +24,7 @@ def setup(app) -> dict:
     app.connect("builder-inited", lambda app: write(Path(app.srcdir) / FOLDER))
     app.connect("env-before-read-docs", _environment)
     app.connect("source-read", _named)
+    app.connect("doctree-resolved", _described)
     return {"parallel_read_safe": True}
 
 
@@ -60,3 +65,21 @@ def _named(app, docname: str, source: list[str]) -> None:
     folder, _, name = docname.rpartition("/")
     if folder == FOLDER and name != "index":
         source[0] += TAKE.format(name=name)
+
+
+def _described(app, doctree: nodes.document, docname: str) -> None:
+    """Gives each picture of a notebook its text alternative: its section, and what its cell draws."""
+    for image in doctree.findall(nodes.image):
+        if docname.startswith(f"{FOLDER}/") and "alt" not in image:
+            section, cell = (_around(image, kind) for kind in (nodes.section, nodes.container))
+            code = next(cell.findall(nodes.literal_block)).astext()
+            axes = dict.fromkeys(re.findall(r'[xy]label="([^"]+)"', code))
+            drawn = ", ".join(axes) or f"drawn by {code.splitlines()[-1].rstrip(';')}"
+            image["alt"] = f"{next(section.findall(nodes.title)).astext()}: {drawn}"
+
+
+def _around(node: nodes.Node, kind: type) -> Any:
+    """The section of a node, or its cell."""
+    while not (isinstance(node, kind) and (kind is nodes.section or "cell" in node["classes"])):
+        node = node.parent
+    return node

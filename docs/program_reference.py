@@ -2,6 +2,7 @@
 """Writes the reference pages of the commands, the presets and the needle file before Sphinx reads them, from the
 program itself: what it prints as help, what it ships, and what its tables allow."""
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -107,7 +108,8 @@ def _first(text: str) -> str:
 
 
 def _cell(text: str) -> str:
-    return " ".join(text.split()).replace("|", "\\|").replace("<", "&lt;")
+    """A help text as plain words of a table: no sign of it marks up."""
+    return re.sub(r"([|*_])", r"\\\1", " ".join(text.split())).replace("<", "&lt;")
 
 
 def _command(name: str, command: Any) -> str:
@@ -123,7 +125,7 @@ def _parameter(each: Any) -> str:
         else [(each.metavar or each.name).upper()]
     )
     default = each.default() if callable(each.default) else each.default
-    shown = "required" if each.required else "" if default in (None, False, (), []) else f"`{default}`"
+    shown = "required" if each.required else f"`{default}`".replace(",", ", ") if default else ""
     return f"| {' '.join(f'`{flag}`' for flag in flags)} | {_cell(getattr(each, 'help', None) or '')} | {shown} |"
 
 

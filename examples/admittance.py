@@ -53,12 +53,12 @@ def draw(runs, path):
     """Force over time of each run, and over depth."""
     import matplotlib.pyplot as plt
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3), sharey=True, layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7, 3), sharey=True, layout="constrained")
     for (name, (depths, forces)), line in zip(runs.items(), ("-", "--", ":")):
         left.plot([DT * k for k in range(len(forces))], forces, line, label=f"stops by {name}")
         right.plot([1e3 * depth for depth in depths], forces, line)
     left.set(xlabel="time [s]", ylabel="force [N]"), right.set(xlabel="depth [mm]"), left.legend()
-    figure.savefig(path)
+    figure.savefig(path), print(f"wrote {path}")
 
 
 runs = {"drop": insert(True, False), "model": insert(False, True), "both": insert(True, True)}

@@ -6,7 +6,7 @@ import needleforce as nf
 recording = nf.read("examples/insertion.csv")  # recognises columns and units, or asks for them
 fit = nf.identify(recording, needle="paper")  # the needle of a preset, or a file such as needle.toml
 for estimate in fit.parameters.values():
-    print(f"{estimate.name:24s} {estimate.value:.4g} ({estimate.low:.4g} to {estimate.high:.4g}) {estimate.unit}")
+    print(estimate)
 insertion = nf.Insertion(fit.model)  # the identified model, one cycle of a control loop at a time
 print(f"force at a depth of 1 mm: {insertion.step(1e-3, 3e-3, 1e-3).force:.4f} N")
 fit.plot().figure.savefig("first.svg")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A 50 g needle on a slide joint in MuJoCo: a servo inserts, holds and withdraws it; the force is plotted.
 
-pip install "needleforce[mujoco]"
+python examples/mujoco_slide.py    # writes mujoco_slide.svg; needs the extra mujoco
 """
 
 import matplotlib.pyplot as plt
@@ -39,7 +39,7 @@ at_hold = force[(time > 3.2) & (time < 3.6)]
 print(f"largest push {force.max():.4f} N, largest pull {-force.min():.4f} N")
 print(f"hold: {at_hold.mean():.4f} N, {1e3 * at_hold.std():.6f} mN rms")
 
-figure, (over_time, over_depth) = plt.subplots(1, 2, figsize=(9, 3.2), sharey=True, layout="constrained")
+figure, (over_time, over_depth) = plt.subplots(1, 2, figsize=(7, 3), sharey=True, layout="constrained")
 over_time.plot(time[::5], force[::5])
 over_time.set(xlabel="time [s]", ylabel="force of the tissue [N]")
 over_depth.plot(1e3 * depth[::5], force[::5])

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A planar arm in MuJoCo steers a needle that bends to a target off its straight path; mujoco_steer.svg.
+"""A planar arm in MuJoCo steers a needle that bends to a target off its straight path.
 
-pip install "needleforce[mujoco]"
+python examples/mujoco_steer.py    # writes mujoco_steer.svg; needs the extra mujoco
 """
 
 import matplotlib.pyplot as plt
@@ -62,9 +62,9 @@ for target_depth, (target_aside, _) in zip(plan.motion.depth, plan.motion.latera
             step(model, data, attached)
         depth, aside = end
 
-tip, wrench = np.asarray(attached.sample.tip), np.asarray(attached.sample.wrench)
+tip, wrench, line = (np.asarray(each) for each in (attached.sample.tip, attached.sample.wrench, attached.shape(data)))
 print(f"target {1e3 * plan.target[0]:.2f} mm, tip {1e3 * tip[0]:.2f} mm aside at {1e3 * tip[2]:.2f} mm")
-print(f"axial force {attached.sample.force:.3f} N, moment at the hub {1e3 * wrench[4]:.1f} mN m; mujoco_steer.svg")
-line = 1e3 * attached.shape(data)
-plt.plot(line[:, 0], -line[:, 2]), plt.plot(1e3 * plan.target[0], 60.0, "x"), plt.axhline(0.0, color="gray")
-plt.gca().set(xlabel="aside [mm]", ylabel="depth [mm]"), plt.gca().invert_yaxis(), plt.savefig("mujoco_steer.svg")
+print(f"axial force {attached.sample.force:.3f} N, moment at the hub {1e3 * wrench[4]:.1f} mN m")
+plt.plot(1e3 * line[:, 0], -1e3 * line[:, 2]), plt.plot(1e3 * plan.target[0], 60.0, "x"), plt.axhline(0.0, color="gray")
+plt.gca().set(xlabel="aside [mm]", ylabel="depth [mm]"), plt.gca().invert_yaxis()
+plt.savefig("mujoco_steer.svg"), print("wrote mujoco_steer.svg")

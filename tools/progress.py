@@ -2,10 +2,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """Runs a command and prints a line at least every five seconds: what it has done, of how much, and for how long.
 
-    progress.py NAME [--show | --keep PATTERN] [--advice WORDS] -- COMMAND ...
+    progress.py NAME [--show | --keep PATTERN] -- COMMAND ...
 
 The command's own output is printed if the command fails; with --show always, as it comes; with --keep its lines that
-match PATTERN, at the end; with --advice what to do if it fails, as the last line. The exit code is the command's.
+match PATTERN, at the end. Where the output shows that the disk is full or the network does not answer, the last line says
+what to do. The exit code is the command's.
 """
 
 import argparse
@@ -20,6 +21,12 @@ QUIET, APART = 5.0, 2.0  # [s] longest silence; shortest time between two lines 
 COUNTED = re.compile(r"^\s*\[?(\d+)/(\d+)\]? (?:Test +#\d+: )?(.*)")  # ninja and ctest
 FETCHED = re.compile(r"^\s*Downloading (\S+) \((.*)\)")
 SHARE = re.compile(r"^(\w+ \w+)\.\.\. \[ *(\d+)%\] (\S+)")  # sphinx
+CAUSES = {  # words of compilers and of pip, which end with a conflict of versions where there is only no network
+    r"No space left on device|Errno 28": "The disk is full: make room",
+    r"NewConnectionError|NameResolutionError|ConnectTimeoutError|ReadTimeoutError|ProxyError|SSLError": (
+        "The network does not answer: look at it, or set HTTPS_PROXY"
+    ),
+}
 INSTALLED = re.compile(r"^Installing collected packages: (.*)")
 
 
@@ -76,7 +83,6 @@ def main() -> int:
     parser.add_argument("name")
     parser.add_argument("--show", action="store_true")
     parser.add_argument("--keep", default="(?!)")  # no line, not even an empty one
-    parser.add_argument("--advice", default="")
     parser.add_argument("command", nargs="+")
     options = parser.parse_args()
     job, over = Job(options.name), threading.Event()
@@ -97,8 +103,10 @@ def main() -> int:
         sys.stdout.writelines(job.output)
     sys.stdout.writelines(line for line in job.output if re.search(options.keep, line))
     print(f"{job.name}: {'done' if code == 0 else 'failed'} after {time.monotonic() - job.begin:.0f} s", flush=True)
-    if code and options.advice:
-        print(options.advice)
+    if cause := next(
+        (words for pattern, words in CAUSES.items() if code and re.search(pattern, "".join(job.output))), ""
+    ):
+        print(f"{cause}. Then give the command again: it goes on.")
     return code
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from . import header
 
 FORMULAS = tomllib.loads((Path(__file__).parent / "formulas.toml").read_text(encoding="utf-8"))
-GREEK = re.compile(r"\b(alpha|gamma|delta|sigma|tau|Lambda)(?![a-z])")
+GREEK = re.compile(r"\b(alpha|beta|gamma|delta|zeta|eta|mu|nu|rho|sigma|tau|Lambda)(?![a-z])")
 
 
 def text(law: type) -> str:

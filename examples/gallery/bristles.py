@@ -4,7 +4,7 @@ Bristles before the shaft slips
 ===============================
 
 LuGre's friction is that of bristles which bend before they slip. In strokes of a few micrometres the needle moves on
-them like on a spring, with a loop that loses little; in long strokes they slip and the loop becomes a rectangle.
+them as on a spring, with a thin loop: little work is lost. In long strokes they slip, and the force levels off.
 """
 
 import matplotlib.pyplot as plt

@@ -3,8 +3,8 @@
 A campaign at a glance
 ======================
 
-A folder of recordings in three gels, four repeats each, identified with one call. The names of the files say what
-belongs together. Each gel has its friction with an interval, over the values of its single recordings.
+A folder of recordings in three gels, four repeats each, identified with one call. The names of the files state what
+belongs together. Grey are the single recordings, orange is their mean with its 95 % interval.
 """
 
 from pathlib import Path
@@ -17,7 +17,7 @@ import needleforce as nf
 from needleforce.campaign import campaign
 
 folder, random = Path(mkdtemp()), np.random.default_rng(2)
-for gel, friction in (("soft", 12.0), ("middle", 18.0), ("stiff", 27.0)):
+for gel, friction in (("gel A", 12.0), ("gel B", 18.0), ("gel C", 27.0)):
     for repeat in range(4):
         law = nf.laws.Coulomb(friction * random.normal(1.0, 0.05))
         run = nf.simulate(nf.preset("paper").replace(friction=law), nf.Motion.insert(-4e-3, 3e-3, 10e-3), 100.0)

@@ -17,9 +17,9 @@ folder = next(each for each in (Path(), *Path.cwd().parents) if (each / "example
 recording = nf.read(folder / "examples" / "insertion.csv")
 events = nf.segment(recording)
 plt.plot(recording.time, recording.force, color="0.5", lw=1)
-for name, event in (("contact", events.contact), ("puncture", events.punctures[0]), ("exit", events.exit)):
+for name, event in (("contact ", events.contact), ("puncture ", events.punctures[0]), ("exit ", events.exit)):
     plt.plot(event.time, event.force, "o", mfc="white", mec="#c64f00")
-    plt.annotate(name, (event.time, event.force), (6, 8), textcoords="offset points")
+    plt.annotate(name, (event.time, event.force), (0, 8), textcoords="offset points", ha="right")
 for span in events.phases:
     plt.axvline(span.start, color="0.85", lw=0.8, zorder=0)
 plt.xlabel("time [s]")

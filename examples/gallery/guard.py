@@ -4,7 +4,8 @@ A guard between model and device
 ================================
 
 A haptic device renders twice the tissue's force. Between both stands a guard: no more than 0.5 N, no more energy than
-the user put in, and when the sensor fails a force that ends within 10 ms instead of the last one for ever.
+the user put in. When the sensor fails, the force is held for 5 ms and falls to zero in 10 ms, instead of staying for
+ever.
 """
 
 import matplotlib.pyplot as plt

@@ -21,7 +21,7 @@ motions = {
     "bevel turned at 40 mm": {"roll": np.pi * np.clip((depth - 0.04) / 2e-3, 0.0, 1.0)},
     "base moved aside": {"lateral": np.column_stack([-0.05 * np.maximum(depth, 0.0), 0.0 * depth])},
 }
-figure, (shape, moment) = plt.subplots(1, 2, figsize=(8.0, 3.6), layout="constrained")
+figure, (shape, moment) = plt.subplots(1, 2, figsize=(6.0, 3.6))
 for name, motion in motions.items():
     insertion = nf.FlexibleInsertion(nf.preset("paper"), needle, lateral=gel, guide_distance=0.02, bevel_length=2.6e-3)
     rows = insertion.run(depth, dt=0.3, **motion)
@@ -32,5 +32,6 @@ for name, motion in motions.items():
     print(f"{name}: tip {1e3 * rows['tip'][-1, 0]:+.2f} mm aside, axial force {rows['force'][-1]:.2f} N")
 shape.axhline(0.0, color="gray", lw=0.8)
 shape.set(xlabel="across [mm]", ylabel="along [mm]"), shape.invert_yaxis()
-moment.set(xlabel="depth [mm]", ylabel="moment at the guide [N mm]"), moment.legend()
+moment.set(xlabel="depth [mm]", ylabel="moment at the guide [N mm]")
+figure.legend(*moment.get_legend_handles_labels(), loc="outside upper center", ncols=2)
 plt.show()

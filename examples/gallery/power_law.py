@@ -25,6 +25,8 @@ plt.loglog(1e3 * recording.depth[loading], np.maximum(recording.force[loading], 
 label = f"exponent {found.value:.3f} ({found.low:.3f} to {found.high:.3f})"
 plt.loglog(1e3 * depth, [fit.model.stiffness.force(h) for h in depth], color="#c64f00", label=label)
 plt.ylim(2e-3, 0.4)
+plt.xticks([0.2, 0.5, 1, 2, 3], ["0.2", "0.5", "1", "2", "3"])
+plt.minorticks_off()
 plt.xlabel("indentation [mm]")
 plt.ylabel("force [N]")
 plt.legend()

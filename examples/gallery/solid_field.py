@@ -4,7 +4,8 @@ What the tissue does around a needle
 ====================================
 
 Skin on fat with a stiff inclusion, as a solid of finite elements. A needle at 30 mm rubs with 0.6 N along its shaft
-and presses with 0.2 N at its tip; the colours are how far the tissue is dragged along, the inclusion hardly with it.
+and presses with 0.2 N at its tip; the colours are how far the tissue is dragged along. The inclusion
+moves as one piece.
 """
 
 import matplotlib.pyplot as plt

@@ -5,7 +5,7 @@ Steered to a target
 
 A needle of 1.3 mm bends in gel when its base is moved aside. Which motion brings its tip to a target 4 mm off its
 axis and 80 mm deep? The plan moves the base in steps of 5 mm, within its limits, and predicts the tip with the region
-in which it will be.
+in which it ends up in 19 of 20 insertions.
 """
 
 import matplotlib.pyplot as plt
@@ -21,8 +21,8 @@ x, _, z = 1e3 * plan.path.T
 figure, (path, base) = plt.subplots(2, 1, sharex=True, height_ratios=(2.0, 1.0))
 path.fill_between(z, x - 1e3 * plan.tube(), x + 1e3 * plan.tube(), color="#c64f00", alpha=0.15, lw=0)
 path.plot(z, x, color="#c64f00", label="path of the tip, with 95 %")
-for shape in plan.shapes:
-    path.plot(1e3 * shape[:, 2], 1e3 * shape[:, 0], color="0.6", lw=1, zorder=0)
+for k, shape in enumerate(plan.shapes):
+    path.plot(1e3 * shape[:, 2], 1e3 * shape[:, 0], color="0.6", lw=1, zorder=0, label="" if k else "needle on its way")
 path.plot(80.0, 4.0, "kx", label="target")
 path.set(ylabel="across [mm]")
 path.legend(loc="upper left")

@@ -3,8 +3,8 @@
 A modulus from a strip of gel
 =============================
 
-A strip that is pulled gives the modulus of the tissue without a needle. Four laws are fitted to the same curve; the
-simplest that describes it is chosen, and its initial slope is Young's modulus.
+A strip that is pulled gives the modulus of the tissue without a needle. Seven laws are fitted to the same curve and
+weighed by how well they describe it; the initial slope is Young's modulus, and its interval has the choice of the law.
 """
 
 import matplotlib.pyplot as plt

@@ -49,7 +49,7 @@ class Insertion {
                           same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
       same_cutting_[i] = same_law(layers[i].laws.cutting, layers[i - 1].laws.cutting);
     }
-    noise_ = {2.0 * limits.depth_noise, 2.0 * limits.depth_noise / speed_at_rest};
+    noise_ = noise_of(limits.depth_noise);
     plain_ = count_ == 1 && layers_[0].plain() && noise_.range == 0.0;
   }
 
@@ -343,7 +343,6 @@ class Insertion {
   std::span<const PreparedLayer> stack() const noexcept { return {layers_.data(), count_}; }
   const PreparedLayer& front() const noexcept { return layers_[state_.pierced - 1]; }
 
-  static constexpr double speed_at_rest = 1e-4;   // 0.1 mm/s: slower is a hold, whatever the velocity's noise
   static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
 
   std::array<PreparedLayer, max_layers> layers_{};

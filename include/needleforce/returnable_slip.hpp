@@ -21,6 +21,13 @@ struct DepthNoise {
   double rest_time = 0.0;  ///< a needle that moves leaves the range within this time [s]
 };
 
+inline constexpr double speed_at_rest = 1e-4;  ///< [m/s] slower is a hold, whatever the velocity's noise
+
+/// Of `Limits::depth_noise` [m].
+inline DepthNoise noise_of(double half_range) noexcept {
+  return {2.0 * half_range, 2.0 * half_range / speed_at_rest};
+}
+
 /// Energy of recent slip, as if it had lifted a weight: on the way back the weight sinks first, forward again
 /// it is lifted first, and the force stays. It returns no more than slip and lifting have paid, so a passive
 /// law stays passive.

@@ -43,7 +43,8 @@ _TOML_PARTS = re.compile(
 )
 # how msgspec words what a type does not have
 _UNKNOWN = re.compile(
-    r"(?:Object contains unknown field `(?P<key>[^`]*)`|Invalid value '(?P<value>[^']*)')(?: - at `\$(?P<place>.*)`)?"
+    r"(?:Object contains unknown field `(?P<key>[^`]*)`|Invalid (?:enum )?value '(?P<value>[^']*)')"
+    r"(?: - at `\$(?P<place>.*)`)?"
 )
 _FORMULA = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")  # how a spreadsheet's formula begins, quoted or not
 _NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
@@ -187,8 +188,10 @@ def _proposal(kind: Any, message: str) -> str:
     structs = [each for each in level if isinstance(each, msgspec.inspect.StructType)]
     if value is None:
         known = dict.fromkeys(field.encode_name for each in structs for field in each.fields)
-        return did_you_mean(found["key"], known).rstrip()
+        return did_you_mean(found["key"], known).rstrip() or f"Known: {', '.join(known)}."
     known = [str(each.tag) for each in structs if each.tag_field == value]
+    kinds = [part for each in structs for f in each.fields if f.encode_name == value for part in _parts(f.type)]
+    known += [str(word) for kind in kinds for word in getattr(kind, "values", ())]
     return f"{did_you_mean(found['value'], known)}Known: {', '.join(known)}." if known else ""
 
 

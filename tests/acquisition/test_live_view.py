@@ -44,6 +44,7 @@ def test_a_terminal_shows_a_panel(monkeypatch):
         def isatty(self):
             return True
 
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(sys, "stderr", Terminal())
     with live_view() as view:
         view(progress(0.5, 500, 7))

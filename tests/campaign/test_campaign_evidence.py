@@ -227,7 +227,7 @@ def test_the_commands_table_shows_what_is_not_identified():
     wide = nf.identification.Estimate("cutting_force", 0.9, "N", -3.4, 5.2, identifiable=False)
     condition = dataclasses.replace(_empty(), parameters={"cutting_force": wide}, quality=Quality(0.1, 0.19, 0.75))
     shown = [cell.replace("\N{NO-BREAK SPACE}", " ") for cell in _row(condition, ["cutting_force"])]
-    assert shown[2:] == ["19 %", "0.750", "not identified (0.9 ± 4.3 N)"]
+    assert shown[2:] == ["19 %", "0.750", "not identified: 0.9 ± 4.3 N"]
 
 
 def _empty():

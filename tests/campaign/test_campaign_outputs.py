@@ -188,7 +188,7 @@ def test_the_command(few, tmp_path):
     assert {each["name"] for each in document["conditions"]} == {"speed", "double"}
     assert sum(len(each["recordings"]) for each in document["conditions"]) + len(document["others"]) == len(FEW)
     assert table.stat().st_size > 1000 and report.stat().st_size > 5000
-    for word in ("has another motion", "double_5-empty.csv", "left out", "stray.csv"):
+    for word in ("has another motion", "double_5-empty.csv", "left out", "stray.csv", "of the repeats used"):
         assert word in done.stderr
 
 

@@ -23,6 +23,8 @@ def completed(typed, monkeypatch):
         ("needleforce simulate --preset pap", {"paper", "paper_116"}, {"maurin"}),
         ("needleforce identify run.csv --needle ", {"paper", "my_needle.toml", "needles/"}, {"run.csv"}),
         ("needleforce identify run.csv --needle my", {"my_needle.toml"}, {"paper"}),
+        ("needleforce bending run.csv --needle pap", {"paper", "paper_116"}, {"my_needle.toml"}),
+        ("needleforce identify run.csv --as ", {"instron", "my_needle.toml", "needles/"}, {"paper", "run.csv"}),
         ("needleforce run.csv --model gradual", {"gradual_cone", "gradual_layers"}, {"paper"}),
         ("needleforce compare run.csv --models paper,cone", {"paper,cone_cylinder"}, {"paper,paper"}),
         ("needleforce identify run.csv --column ", {"time=t", "depth=2", "force=F_x"}, {"2"}),

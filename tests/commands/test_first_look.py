@@ -34,6 +34,9 @@ def test_a_report_that_is_there_is_kept(folder):
     (folder / "gel 1_report.html").write_text("mine")
     done = run("my runs/gel 1.csv", cwd=folder)
     assert "report: gel 1_report_2.html" in done.stderr and (folder / "gel 1_report.html").read_text() == "mine"
+    again = run("my runs/gel 1.csv", cwd=folder)
+    assert "gel 1_report_3.html: removed, as gel 1_report_2.html is the same" in again.stderr
+    assert sorted(each.name for each in folder.glob("*.html")) == ["gel 1_report.html", "gel 1_report_2.html"]
 
 
 def test_a_folder_has_the_command_of_its_campaign(folder):
@@ -86,6 +89,7 @@ def test_the_plot_is_what_the_terminal_can_show(monkeypatch, encoding, columns, 
     """A rise along the axis: one dot a column, from the lowest to the highest row."""
     import numpy as np
 
+    monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", columns)
     monkeypatch.setattr("sys.stdout", type("Terminal", (), {"encoding": encoding})())
     x = np.linspace(0.0, 1.0, 400)

@@ -3,6 +3,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -190,3 +191,5 @@ def test_a_terminal_that_knows_only_ascii(arguments, root, tmp_path):
     done = start(*(word.format(**places) for word in arguments), environment=environment, capture_output=True)
     assert done.returncode == 0 and done.stdout.isascii() and done.stderr.isascii()
     assert b"\\" not in done.stdout + done.stderr
+    for table in re.findall(rb"(?:^[+|].*\n)+", done.stdout, re.M):
+        assert len(set(map(len, table.splitlines()))) == 1, table.decode()

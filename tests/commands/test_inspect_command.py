@@ -62,11 +62,18 @@ def test_the_command_that_is_shown_reads_the_file(odd):
     assert again.exit_code == 0 and "1000 at 50 Hz" in again.stdout
 
 
+def test_a_file_without_numbers_has_no_recording(tmp_path):
+    (tmp_path / "notes.txt").write_text("no numbers\nin this text\n")
+    shown = CliRunner().invoke(app, ["inspect", str(tmp_path / "notes.txt")])
+    assert shown.exit_code == 1 and re.search(r"recordings \W+none", shown.stdout), shown.stdout
+
+
 def test_a_dry_run_is_the_same_for_a_script(odd):
     found = nf.read(odd, dry_run=True)
     assert found.recording is None and "no column holds the time" in found.problem
     assert [column.largest for column in found.columns][1:] == pytest.approx([15000.0, 19.98])
     assert "Not read:" in str(found)
+    assert "--column: columns" in str(found) and "--rate-hz: rate" in str(found)
     found = nf.read(
         odd, columns={"time": 3, "depth": 2, "force": 1}, units={"depth": "um", "force": "gf"}, dry_run=True
     )

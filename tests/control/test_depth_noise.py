@@ -42,6 +42,20 @@ def test_a_hold_keeps_its_force_with_the_noise_of_its_free_travel():
     assert nf.Insertion(nf.preset("paper")).run(path, None, step)["force"][-1] < 0.5 * kept
 
 
+def test_a_needle_that_bends_keeps_its_force():
+    noise = 5e-6 * np.random.default_rng(9).standard_normal(30_000)
+    path = np.concatenate([np.arange(-1e-3, 12e-3, 5e-6), np.full(27_400, 12e-3)]) + noise
+    needle = nf.Needle(outer_diameter=0.7e-3, inner_diameter=0.0, length=0.1, young_modulus=200e9, poisson_ratio=0.3)
+    forces = [
+        nf.FlexibleInsertion(
+            nf.preset("paper"), needle, lateral=20e3, guide_distance=20e-3, planar=True, depth_noise=half
+        ).run(path, dt=1e-3)["force"][-1]
+        for half in (30e-6, 0.0)
+    ]
+    assert forces[0] == pytest.approx(18.6 * 12e-3 + 0.0776, abs=18.6 * 60e-6)
+    assert forces[1] < 0.5 * forces[0]
+
+
 @pytest.mark.parametrize(
     ("depth", "options"),
     [

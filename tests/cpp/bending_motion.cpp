@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <random>
 
 #include "bending.hpp"
 
@@ -219,6 +220,41 @@ TEST(BendingMotion, SnapshotContinuesAsTheOriginal) {
   const BentSample c = move(needle, {.depth = -1e-3}, {.depth = 0.02}, 21);
   const BentSample d = move(fresh, {.depth = -1e-3}, {.depth = 0.02}, 21);
   EXPECT_EQ(std::memcmp(&c.tip, &d.tip, sizeof c.tip), 0);
+}
+
+/// A needle in tissue that yields and rubs, held for 20 s with normal noise of 5 um of the depth, 2 um and
+/// 0.1 mrad across.
+BentSample after_noise(double deviation, double known) {
+  FlexibleSettings settings = guided();
+  settings.beam.layers[0].tip_stiffness = 100.0;
+  settings.beam.layers[0].yielding_modulus = 20e3;
+  settings.beam.layers[0].yield_force = 1.0;
+  settings.lengths.pressure_friction = 0.5;
+  settings.lengths.presliding = 20e-6;
+  PlanarInsertion needle(Insertion(paper::model(), {.depth_noise = known}), settings);
+  std::mt19937_64 generator{11};
+  std::normal_distribution<double> normal;
+  const auto noise = [&] { return deviation * std::clamp(normal(generator), -6.0, 6.0); };
+  const auto shown = [&](double depth) {
+    return Base{depth + noise(), {0.1 * std::max(0.0, depth) + 0.4 * noise(), 0.0}, {20.0 * noise(), 0.0}};
+  };
+  for (double at = -1e-3; at < 12e-3; at += 5e-6) needle.step(shown(at), 1e-3);
+  for (int i = 0; i < 20000; ++i) needle.step(shown(12e-3), 1e-3);
+  deviation = 0.0;
+  return needle.step(shown(12e-3), 1e-3);
+}
+
+TEST(BendingMotion, HoldKeepsItsForcesUnderNoise) {
+  constexpr double known = 30e-6;  // six standard deviations
+  const BentSample still = after_noise(0.0, known), noisy = after_noise(5e-6, known);
+  EXPECT_NEAR(noisy.force, still.force, 18.6 * 2.0 * known);
+  EXPECT_NEAR(noisy.lateral, still.lateral, 1e-3 * still.lateral);
+  EXPECT_NEAR(noisy.tip[0], still.tip[0], 5e-6);
+  // tissue that yields settles where it is shaken, by no more than the largest excursion across
+  EXPECT_NEAR(noisy.wrench[0], still.wrench[0], 40e3 * 12e-3 * 6.0 * 2e-6);
+  const BentSample unknown = after_noise(5e-6, 0.0);
+  EXPECT_LT(unknown.force, 0.5 * still.force);
+  EXPECT_LT(unknown.lateral, 0.95 * still.lateral);
 }
 
 }  // namespace

@@ -105,14 +105,63 @@ def test_in_a_large_block_it_is_the_half_space_and_its_shaft_that_of_a_pile():
     assert found.condensed.bonded_stiffness(12e-3) == pytest.approx(pile, rel=0.1)
 
 
-@pytest.mark.parametrize("noise", [10e-3, pytest.param(30e-3, marks=pytest.mark.long)])
-def test_intervals_contain_the_modulus(true, specimen, noise):
-    hits, widths = 0, []
+# modulus [Pa], friction [N/m], cutting force [N]: from tissue that the tip hardly cuts to a shaft that hardly slides
+ROWS = [
+    (5e3, 2.0, 0.03), (8e3, 20.0, 0.1), (30e3, 20.0, 0.5), (116e3, 5.0, 0.5), (5e3, 20.0, 0.5), (8e3, 5.0, 0.1),
+    (8e3, 5.0, 0.5), (30e3, 2.0, 0.03), (30e3, 5.0, 0.5), (30e3, 60.0, 0.1), (116e3, 20.0, 0.1), (116e3, 60.0, 0.5),
+]  # fmt: skip
+
+
+def made_of(young, friction, cutting, cell, spacing, step, **sensors):
+    """In tissue of a modulus, with cells, spacing and steps of its own."""
+    solid = block(40, cell).condense(fe.NeedlePath(LENGTH, spacing, RADIUS))
+    rate = 5e-3 / step
+    depth = motion(CYCLE, rate=rate)
+    needle = fe.CondensedInsertion(
+        replace(solid, compliance=YOUNG / young * solid.compliance), nf.Model(*laws(friction, cutting))
+    )
+    return recorded(depth, needle.run(depth, np.full(len(depth), 1.0 / rate))["force"], rate=rate, **sensors)
+
+
+def test_intervals_hold_what_was_made_with_other_spacings_steps_and_cells(specimen, many):
+    hits, warned = [], 0
+    for row in ROWS[: many(4, len(ROWS))]:
+        for cell, spacing, step in [(0.25, 0.6e-3, 10e-6), (0.35, 0.75e-3, 4e-6)][: many(1, 2)]:
+            found = fe.fit_insertion(specimen, PATH, made_of(*row, cell, spacing, step))
+            friction, cutting = found.parameters.friction_per_length, found.parameters.cutting_force
+            ends = [
+                (found.low["tissue"], found.high["tissue"]),
+                *((each.low, each.high) for each in (friction, cutting)),
+            ]
+            hits += [low <= true <= high for true, (low, high) in zip(row, ends)]
+            warned += any("times the noise" in text for text in found.warnings)
+            assert found.high["tissue"] < 4.0 * found.low["tissue"]
+    assert np.mean(hits) >= 0.93
+    assert warned <= 0.25 * len(hits) / 3  # where friction is strong, by the spacing
+
+
+@pytest.mark.long
+def test_intervals_hold_the_modulus_of_each_of_many_recordings(true, specimen):
+    hits = []
     for seed in range(8):
-        found = fe.fit_insertion(specimen, PATH, insertion(true, noise=noise, depth_noise=2e-6, seed=seed))
-        hits += found.low["tissue"] < YOUNG < found.high["tissue"]
-        widths.append(np.log(found.high["tissue"] / found.low["tissue"]))
-    assert hits >= 7 and 0.01 < np.mean(widths) < 0.15
+        found = fe.fit_insertion(specimen, PATH, insertion(true, noise=30e-3, depth_noise=2e-6, seed=seed))
+        hits.append(found.low["tissue"] < YOUNG < found.high["tissue"])
+        assert not any("times the noise" in text for text in found.warnings)
+    assert sum(hits) >= 7
+
+
+def test_what_the_model_has_not_is_named_with_its_place(true, specimen):
+    time, depth, force = insertion(true)
+    stiffer = OFFSET + (force - OFFSET) * (1.0 + 0.5 * np.clip((depth - CONTACT) / 13e-3, 0.0, 1.0))
+    for wrong in (stiffer, force + 0.05 * time / time[-1]):
+        found = fe.fit_insertion(specimen, PATH, (time, depth, wrong))
+        assert "times the noise, most of it at " in found.warnings[0] and "wards: there the tissue" in found.warnings[0]
+        assert found.warnings[0] in str(found).replace("\n    ", " ")
+    noise = np.random.default_rng(1).normal(0.0, 1e-3, len(force))
+    for k in range(1, len(noise)):
+        noise[k] += 0.95 * noise[k - 1]
+    found = fe.fit_insertion(specimen, PATH, (time, depth, force + noise))  # the sensor's own, slow
+    assert not any("the tissue does" in text for text in found.warnings)
 
 
 def test_tissue_with_mass_in_an_independent_simulation(specimen):
@@ -149,7 +198,7 @@ def test_other_friction_laws(true, specimen):
         assert low < modulus(found) / YOUNG < high
 
 
-@pytest.mark.parametrize("depth_noise", [0.0, 10e-6, 50e-6])
+@pytest.mark.parametrize("depth_noise", [0.0, 50e-6])
 def test_noise_of_the_depth(true, specimen, depth_noise):
     found = fe.fit_insertion(specimen, PATH, insertion(true, depth_noise=depth_noise))
     assert modulus(found) == pytest.approx(YOUNG, rel=0.03)
@@ -183,7 +232,7 @@ def test_moduli_friction_and_cutting_of_two_layers():
         assert found.parameters[f"{name}_friction_per_length"].value == pytest.approx(friction, rel=0.04)
     assert found.parameters.fat_cutting_force.value == pytest.approx(0.06, abs=0.01)
     uniform = fe.fit_insertion(start, PATH, recording)
-    assert 20e3 < uniform.young_modulus["fat"] < 60e3 and uniform.rmse > 2.0 * found.rmse
+    assert 20e3 < uniform.young_modulus["fat"] < 60e3 and "times the noise" in uniform.warnings[0]
     with pytest.raises(nf.InputError, match=r"label is bone, the mesh has \['fat', 'skin'\]"):
         fe.fit_insertion(start, PATH, recording, labels=("bone",))
 

@@ -37,10 +37,10 @@ def test_the_readme_shows_the_first_example(root):
 
 def test_the_readme_runs_and_draws(root, folder):
     out = run(["-c", readme_block(root)], folder)
-    values = {line.split()[0]: float(line.split()[1]) for line in out.splitlines() if "(" in line}
+    values = {name: float(value) for name, value in re.findall(r"^(\w+): ([\d.]+)\s\S+ \(", out, re.M)}
     truth = paper_experiment(1, sites=1, speeds=(3e-3,)).sites[0].specimen
     # the specimen bends its friction beyond 12 mm, keeps a dimple and spreads: the fit without them is off by so much
-    assert values["friction_per_length"] == pytest.approx(truth.friction_per_length, rel=0.06)
+    assert 1e3 * values["friction_per_length"] == pytest.approx(truth.friction_per_length, rel=0.06)  # shown in N/mm
     assert values["cutting_force"] == pytest.approx(truth.cutting_force, abs=0.015)
     assert values["puncture_force"] == pytest.approx(truth.puncture_force, rel=0.03)
     assert (folder / "first.svg").stat().st_size > 5000
@@ -48,7 +48,7 @@ def test_the_readme_runs_and_draws(root, folder):
 
 def test_the_pictures_of_the_readme_are_drawn(root, tmp_path):
     run([str(root / "examples" / "front_page.py"), "."], tmp_path)
-    for name in ("front", "steering", "layers"):
+    for name in ("front", "steering", "layers", "solid"):
         assert (tmp_path / f"{name}.svg").stat().st_size > 5000 and (root / "docs/figures" / f"{name}.svg").exists()
 
 
@@ -137,11 +137,34 @@ def test_examples_are_short(root):
             assert len(path.read_text(encoding="utf-8").splitlines()) <= 70, path
 
 
+def heading_anchors(page: str) -> set[str]:
+    """Where a link into a page may lead: what a reader of Markdown makes of its headings."""
+    headings = re.findall(r"^#+ +(.*)$", re.sub(r"```.*?```", "", page, flags=re.S), re.M)
+    return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+
+
 def test_links_lead_somewhere(root):
     for page in [*root.glob("*.md"), *(root / "docs").rglob("*.md")]:
-        for target in re.findall(r"\]\(([^)#]+)[^)]*\)", page.read_text(encoding="utf-8")):
+        links = re.findall(r"\]\(([^)#]*)#?([^)]*)\)|src=\"([^\"]+)", page.read_text(encoding="utf-8"))
+        for target, anchor, picture in links:
             if "://" not in target:
-                assert (page.parent / target).exists(), f"{page.name}: {target}"
+                path = page.parent / (target or picture) if target or picture else page
+                assert path.exists(), f"{page.name}: {path}"
+                anchors = heading_anchors(path.read_text(encoding="utf-8")) if anchor else {""}
+                assert anchor in anchors, f"{page.name}: {target}#{anchor}"
+
+
+def test_built_pages_are_searched_for_links_that_lead_nowhere(root, tmp_path):
+    one, two = tmp_path / "one.html", tmp_path / "two.html"
+    check = [sys.executable, root / "tools" / "check_links.py", tmp_path]
+    one.write_text('<h1 id="first">One</h1> <img src="https://x.invalid/y.png">')
+    two.write_text('<h1 id="second">Two</h1> <a href="one.html#first">one</a> <a href="#second">here</a>')
+    assert subprocess.run(check, capture_output=True).returncode == 0
+    wrong = ["#third", "../out.html", "one.html#second", "y.png"]
+    two.write_text("".join(f'<a href="{each}"></a>' for each in wrong))
+    found = subprocess.run(check, capture_output=True, text=True)
+    assert found.returncode == 1
+    assert [line.split(": ")[1].split()[0] for line in found.stdout.splitlines()] == wrong
 
 
 def test_the_two_commands_are_on_the_first_screen(root):

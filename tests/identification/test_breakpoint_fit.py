@@ -118,7 +118,7 @@ def test_covariance_is_that_of_scipy_with_the_puncture_known():
     assert np.abs(found - start) / np.sqrt(covariance.diagonal()) == pytest.approx(0.0, abs=1e-3)
     scale = np.sqrt(np.outer(covariance.diagonal(), covariance.diagonal()))
     assert fit.covariance / scale == pytest.approx(covariance / scale, abs=0.05)  # noise by stroke, not pooled
-    assert fit.residuals.noise_correlation_length == 1.0
+    assert all(noise.long_run == noise.variance for noise in fit.residuals.noises)
 
 
 def test_prediction_and_residual_make_the_measurement():

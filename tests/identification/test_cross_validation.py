@@ -11,7 +11,7 @@ from needleforce.identification.compare import ModelRow, _ranked
 from needleforce.identification.cross_validation import CrossValidation, cross_validate, mean_of_others, measured_cycle
 from needleforce.identification.diagnostics import FitInputs
 from needleforce.identification.layered.identify import identify_layered
-from needleforce.identification.one_layer.fit_recording import fit_single
+from needleforce.identification.one_layer.fit_recording import fitted
 from needleforce.identification.one_layer.segmented_recording import segmented
 
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)
@@ -102,8 +102,8 @@ def test_held_out_repeats_are_predicted_from_the_others():
         given.append(len(others))
         return nf.identify([single.recording for single in others], model="cone_cylinder")
 
-    singles = [fit_single(scaled(factor), ("cone_cylinder",), None) for factor in (0.9, 1.0, 1.1)]
-    blank = fit_single(dataclasses.replace(RUN, force=np.zeros(len(RUN))), ("cone_cylinder",), None)
+    singles = [fitted(segmented(scaled(factor)), ("cone_cylinder",), None) for factor in (0.9, 1.0, 1.1)]
+    blank = fitted(segmented(dataclasses.replace(RUN, force=np.zeros(len(RUN)))), ("cone_cylinder",), None)
     found = cross_validate([*singles, blank], identified)
     assert given == [2, 2, 2] and found.prediction.shape == (3, 4)
     # the model of the others is their mean

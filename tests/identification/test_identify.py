@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce.identification.strokes import friction_reversal_of
 from needleforce.identification.two_pass.second_pass import friction_window
+from needleforce.segmentation.events import Span
 
 PAPER = nf.preset("paper")
 MOTION = nf.Motion.insert(start=-3e-3, speed=3e-3, depth=14e-3, hold=1.0)
@@ -157,6 +159,16 @@ def test_recordings_without_withdrawal_use_only_the_insertion():
     assert "insertion only" in fit.parameters["friction_per_length"].source
 
 
+def test_the_modulus_of_a_bevel_is_stated_by_each_reading():
+    angle = np.radians(20.0)
+    needle = PAPER.needle.replace(tip=nf.tips.LancetBevel(angle))
+    fit = nf.identify(noisy(), model="paper", needle=needle)
+    (said,) = [text for text in fit.warnings if "bevel" in text]
+    cone = 1e-3 * fit.parameters["reduced_modulus"].value
+    for word, tangent in {"equal_length": np.tan(angle) / 2, "equal_volume": np.tan(angle) / 3}.items():
+        assert f"{word} {cone * np.tan(angle) / tangent:.4g} kPa" in said
+
+
 def test_what_is_implied_is_not_called_identifiable(tmp_path):
     stretch = np.linspace(1.0, 1.2, 20)
     rows = np.column_stack([stretch, 116e3 / 3 * (stretch - stretch**-2)])
@@ -226,6 +238,12 @@ def test_other_objects_than_recording_and_needle_raise_an_error():
     assert nf.identify(noisy(), needle=PAPER, model="paper").parameters["reduced_modulus"].identifiable
 
 
+def test_a_saturation_depth_that_the_needle_gives_is_shown_as_fixed():
+    depth = nf.identify(noisy(), needle=PAPER, model="cone_cylinder").parameters["saturation_depth"]
+    assert (depth.known, depth.identifiable) == ("fixed", False)
+    assert str(depth).endswith("mm, fixed") and " to " not in str(depth)
+
+
 def test_impossible_numbers_in_one_recording_do_not_stop_the_rest():
     good = noisy()
     huge = dataclasses.replace(good, depth=good.depth * 1e150)
@@ -260,3 +278,8 @@ def test_a_turn_too_short_to_see_is_not_called_identified():
     strayed = run.depth + 3e-6 * np.sin(7.0 * run.time)
     hidden = nf.identify(dataclasses.replace(run, depth=strayed), model="paper").parameters["presliding"]
     assert not hidden.identifiable and "too short to measure" in hidden.source
+    # a force that turns while the depth still rests turns within the first step of the depth, 15 um
+    at_rest = np.append(np.full(300, 9e-3), 9e-3 - 15e-6 * np.arange(1, 101))
+    turned = np.append(np.full(299, 0.5), np.full(101, -0.3))
+    turn = friction_reversal_of(at_rest, turned, slice(300, 400), (Span(nf.Phase.hold, 0.0, 1.0, 0, 300),))
+    assert turn.low == 0.0 and turn.half == pytest.approx(7.5e-6) and turn.high >= 15e-6

@@ -12,7 +12,8 @@ import pytest
 
 import needleforce as nf
 from needleforce.identification.estimates import Estimate
-from needleforce.identification.one_layer.fit_recording import fit_single
+from needleforce.identification.one_layer.fit_recording import fitted
+from needleforce.identification.one_layer.segmented_recording import segmented
 from needleforce.identification.two_pass.bias_terms import spreading_force
 from needleforce.identification.two_pass.subtraction import Pair, subtract
 
@@ -52,7 +53,7 @@ def second_pass(
 
 
 def two_passes(firsts, seconds, spreading=None):
-    singles = [fit_single(first, ("cone",), None) for first in firsts]
+    singles = [fitted(segmented(first), ("cone",), None) for first in firsts]
     pairs = [
         Pair(single, second, *(single.fits["cone"].values[name] for name in ("contact_depth", "puncture_indentation")))
         for single, second in zip(singles, seconds)

@@ -44,6 +44,12 @@ def test_the_command_prints_or_writes_the_header(tmp_path):
     assert (tmp_path / "gel.hpp").read_text() == header(nf.preset("paper"), "c++", "paper")
 
 
+def test_the_warnings_of_a_fit_are_told_beside_its_header(fit, tmp_path):
+    (tmp_path / "fit.json").write_text(fit.to_json())
+    code, text, told = export(tmp_path / "fit.json")
+    assert code == 0 and fit.warnings[0] in told and "Warning: " in text
+
+
 OLD = {"recordings": [], "parameters": [], "model": "paper"}
 
 

@@ -107,6 +107,8 @@ def test_unknown_names_are_refused(file):
     path = file(text(COLUMNS))
     with pytest.raises(InputError, match="column for the force is 'fq', the columns are 'time_s'"):
         read(path, columns={"force": "fq"})
+    with pytest.raises(InputError, match=r"--column 'force=DMS_Kraft \[N\]'"):
+        read(file("Zeit [s];Traverse [mm];DMS_Kraft [N]\n0;0;0\n1;1;2\n"), columns={"force": "Kraft"})
     with pytest.raises(InputError, match="quantity is 'strength', known are time, depth"):
         read(path, columns={"strength": "force_N"})
     with pytest.raises(InputError, match="quantity is 'strength'"):

@@ -155,9 +155,9 @@ def test_the_anomalous_recording_is_marked(make_fit, report):
 
 def test_a_fit_without_model_gives_the_reasons(empty_fit, report):
     words = plain(report(empty_fit))
-    assert "No model could be identified from 2 recordings (could not be read, no contact)." in words
+    assert "No model could be identified from 2 recordings (could not be read or fitted, no contact)." in words
     assert "Recording 1 has no model. silent.csv: no contact" in words
-    assert "Recording 2 has no model. broken.csv: could not be read." in words
+    assert "Recording 2 has no model. broken.csv: could not be read or fitted." in words
     assert "No column." in words
 
 

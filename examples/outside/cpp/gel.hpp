@@ -1,6 +1,6 @@
 // paper: Bare cone, constant friction per length, constant cutting force; PVA phantom at 3 mm/s.
 // Written by needleforce export, version 0.2.0: export it again instead of editing it.
-// SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion.
+// SI units. Depth + inwards from the surface: subtract the fit's contact_depth. Force + opposes insertion.
 // Use: needleforce::Insertion insertion(gel);
 // Reference: source paper (force model of needle insertion into a PVA phantom), sec. 2.1-2.4
 // Doubt: reduced modulus: chosen so that the force is 0.2101 N at 3.237 mm; with the stated 116 kPa it

@@ -218,8 +218,7 @@ class FlexibleInsertion {
     if (axial_.pierced_layers() > 0 && !state_.embedded && to.depth > 0.0) enter(state_.base.depth);
     if (state_.embedded && to.depth > 0.0) {
       turn_tip(to);
-      state_.rub =
-          std::clamp(state_.rub + (to.depth - state_.base.depth) / settings_.lengths.presliding, -1.0, 1.0);
+      rub(to.depth - state_.base.depth, dt);
     }
     settle(to, events);
     if (remembers && yields_ && state_.embedded && to.depth > 0.0)
@@ -231,6 +230,17 @@ class FlexibleInsertion {
     events.contact |= state_.sample.contact;
     events.punctured |= state_.sample.punctured;
     events.exit |= state_.sample.exit;
+  }
+  /// The friction of the lateral pressure, which keeps its force at rest as the axial laws do.
+  void rub(double travel, double dt) noexcept {
+    const DepthNoise noise = noise_of(axial_.limits().depth_noise);
+    const double full = settings_.lengths.pressure_friction * state_.beam.pressing();
+    const double before = full * state_.rub;
+    if (noise.range > 0.0) travel = state_.returnable.felt(travel, {.force = before}, dt, noise);
+    const double wanted = state_.rub + travel / settings_.lengths.presliding;
+    state_.rub = std::clamp(wanted, -1.0, 1.0);
+    const double slipped = settings_.lengths.presliding * (wanted - state_.rub);
+    if (noise.range > 0.0) state_.returnable.add(before, {slipped, full * state_.rub}, noise);
   }
   /// The surface is punctured: the tissue closes around the shaft, whose tip stood where it touched.
   void enter(double depth) noexcept {
@@ -302,7 +312,7 @@ class FlexibleInsertion {
     if (in_tissue) {
       load.cuts = base.depth >= state_.path.front();
       load.rub = settings_.lengths.pressure_friction * state_.rub;
-      load.contact = load.cuts ? layer_at(base.depth).tip_stiffness : 0.0;
+      load.contact = behind(base.depth) == 0.0 ? layer_at(base.depth).tip_stiffness : 0.0;
       load.contact_place = state_.ahead;
     } else if (base.depth > 0.0) {
       // a tip that presses on a half space of nu = 1/2 is held across by 2/3 of the axial stiffness (Mindlin)
@@ -314,9 +324,13 @@ class FlexibleInsertion {
   /// The lateral force of the bevel's face, and of the layer that the tip cuts, which falls to zero on
   /// withdrawal.
   double full_tip_force(double depth) const noexcept {
-    const double behind = std::max(0.0, state_.path.front() - depth);
-    const double left = std::max(0.0, 1.0 - behind / settings_.lengths.unloading);
+    const double left = std::max(0.0, 1.0 - behind(depth) / settings_.lengths.unloading);
     return state_.sample.lateral + layer_at(depth).tip_force * left;
+  }
+  /// How far the tip is behind the front, apart from what the noise of the depth explains [m].
+  double behind(double depth) const noexcept {
+    const double explained = 2.0 * axial_.limits().depth_noise;
+    return std::max(0.0, state_.path.front() - std::min(explained, state_.path.front()) - depth);
   }
   const LateralLayer& layer_at(double depth) const noexcept {
     const BeamProperties& beam = settings_.beam;

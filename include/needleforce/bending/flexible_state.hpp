@@ -33,6 +33,8 @@ struct FlexibleState {
   double waited = 0.0;        ///< time since the last accepted step [s]
   double moved_across = 0.0;  ///< since the tissue yielded [m]
   double rub = 0.0;           ///< share of the friction of the lateral pressure, -1 to 1
+  /// Of that friction.
+  ReturnableSlip returnable{};
   bool started = false, embedded = false, buckled = false;
 };
 

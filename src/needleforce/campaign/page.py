@@ -13,7 +13,7 @@ from ..display.axes import FORCE, INDENTATION
 from ..display.canvas import MEASURED, MEDIUM, MODEL, QUIET, THICK, THIN, Sheet, axis_names, panels, svg
 from ..display.markup import Markup, element, join, listing, table
 from ..display.page import Page, Section, note, section
-from ..display.quantities import counted, quantity
+from ..display.quantities import counted
 from ..identification.estimates import Estimate
 from ..identification.report.tables import MAIN_PARAMETERS
 from ..identification.report.words import quantity_name, sentence, status_name
@@ -220,9 +220,7 @@ def _condition(number: int, condition: Condition, fields: list[str], found: list
 
 def _value(estimate: Estimate) -> str:
     """A value and its interval, on one line if symmetric."""
-    text = str(quantity(estimate.value, estimate.low, estimate.high, estimate.unit))
-    text = text if estimate.identifiable else f"not identified: {text}"
-    return text.replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")
+    return f"{estimate.doubt}{estimate.shown}".replace(" ± ", "\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}")
 
 
 def recording_table(campaign: Campaign, numbers: dict[str, int], reasons: dict[str, int]) -> Markup:

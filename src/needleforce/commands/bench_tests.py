@@ -124,6 +124,7 @@ def _show_stress(fit: "StressFit", assumptions: tuple[str, ...], mode_assumed: b
         say(f"warning: {sentence}")
 
 
+@takes_flags()
 def bending(
     file: Annotated[Path, typer.Argument(help="Readings of a bending test.", show_default=False)],
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP + " Its section and length are used.")] = None,

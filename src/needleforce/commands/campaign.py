@@ -22,6 +22,10 @@ MAPPING_HELP = "CSV table with a column named file and one column for each field
 JOBS_HELP = "Number of processes; default: one for each processor."
 SCHEDULER_HELP = "Address of a Dask scheduler that has the work done, or local."
 STATE_HELP = "Folder that keeps what is done, so that the same command continues, or adds new files."
+ONLY_FITTED = (
+    "note: the values of a condition are those of the repeats used; the others, named above, were left out or not "
+    "fitted. With --model cone_cylinder, for example, every file is fitted with that model."
+)
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
@@ -104,6 +108,8 @@ def _show(done: "Campaign", quiet: bool) -> None:
             say(f"{condition.name}: no model: {condition.why}")
         elif condition.why:
             say(f"{condition.name}: no model, as its recordings have none")
+    if any(len(each.pooled) < len(each.recordings) for each in done.conditions):
+        say(ONLY_FITTED)
     if not quiet and done.conditions:
         shown = [name for name in SHOWN if any(name in each.parameters for each in done.conditions)]
         columns = ["condition", "repeats used", "residual / peak", "R²", *(name.replace("_", " ") for name in shown)]
@@ -112,12 +118,8 @@ def _show(done: "Campaign", quiet: bool) -> None:
 
 def _row(condition: "Condition", shown: list[str]) -> list[str]:
     from ..campaign.result import quality_cells
-    from ..display.quantities import quantity
 
-    cells = []
-    for name in shown:
-        found = condition.parameters.get(name)
-        text = "-" if found is None else str(quantity(found.value, found.low, found.high, found.unit))
-        cells.append(text if found is None or found.identifiable else f"not identified ({text})")
+    found = map(condition.parameters.get, shown)
+    cells = ["-" if each is None else f"{each.doubt}{each.shown}" for each in found]
     used = f"{len(condition.pooled)}/{len(condition.recordings)}"
     return [condition.name, used, *quality_cells(condition.quality), *cells]

@@ -27,6 +27,9 @@ def run(
     check_outputs([output], [model])
     found = model_source(model)
     text = header(found.model, language, identifier(found.name) if name is None else name, found.sources)
+    for line in found.sources:
+        if line.startswith("Warning: "):
+            say(line)
     if output is None:
         show(text.removesuffix("\n"))
         return

@@ -118,9 +118,21 @@ def _presets(incomplete: str) -> list[str]:
     """Presets, and files that may hold a needle or a model."""
     from ..preset_files import presets
 
+    return _named(presets(), incomplete, ".toml", ".json")
+
+
+def _mappings(incomplete: str) -> list[str]:
+    """Names of options that are kept, and files that may hold some."""
+    from ..recording.mappings import mapping_names
+
+    with suppress(InputError):
+        return _named(mapping_names(), incomplete, ".toml")
+    return []
+
+
+def _named(names: Iterable[str], incomplete: str, *endings: str) -> list[str]:
     files = [path + "/" if os.path.isdir(path) else path for path in glob.glob(f"{glob.escape(incomplete)}*")]
-    files = [path for path in files if path.endswith(("/", ".toml", ".json"))]
-    return [name for name in presets() if name.startswith(incomplete)] + files
+    return [name for name in names if name.startswith(incomplete)] + [e for e in files if e.endswith(("/", *endings))]
 
 
 def _models(incomplete: str) -> list[str]:
@@ -145,5 +157,5 @@ def _columns(incomplete: str) -> list[tuple[str, str]]:
 
 
 COMPLETIONS = {"preset": _presets, "axial": _presets, "needle": _presets, "model": _models, "models": _models,
-               "columns": _columns}  # fmt: skip
+               "mapping": _mappings, "columns": _columns}  # fmt: skip
 """What the shell completes after the option of a parameter."""

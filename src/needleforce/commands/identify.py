@@ -16,7 +16,6 @@ from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table,
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
-    from ..identification.estimates import Estimate
     from ..identification.settings import LayeredSettings
 
 MODEL_NAMES = (
@@ -179,7 +178,6 @@ def _show_notes(fit: "Fit") -> None:
 
 def _show_parameters(fit: "Fit") -> None:
     """Print one table of parameters, or one for each layer with the names within the layer."""
-    from ..display.quantities import quantity
     from ..identification.report.words import by_layer
     from ..identification.statistics.noise import INTERVAL
 
@@ -192,10 +190,10 @@ def _show_parameters(fit: "Fit") -> None:
     for layer, parameters in by_layer(fit.parameters).items():
         rows = [
             [
-                *(name, quantity(e.value, e.low, e.high, e.unit)),
+                *(name, e.shown),
                 *[e.systematic_share] * systematic,
-                *[_spread(e)] * repeated,
-                *(_yes(e), *[e.source] * many),
+                *[", ".join(filter(None, map(e.spread, (e.between_repeats_sd, e.within_run_sd))))] * repeated,
+                *(e.known, *[e.source] * many),
             ]
             for name, e in parameters.items()
         ]
@@ -211,20 +209,6 @@ def _show_evidence(settings: "LayeredSettings") -> None:
 
     table("choice of layers and mechanisms", EVIDENCE, evidence_rows(settings.evidence))
     say(f"choice: {evidence_words(settings)}")
-
-
-def _yes(estimate: "Estimate") -> str:
-    return "yes" if estimate.identifiable else "no"
-
-
-def _spread(estimate: "Estimate") -> str:
-    """The standard deviations between repeats and within a run, in the unit of the printed value."""
-    from ..display.quantities import quantity
-
-    spreads = (estimate.between_repeats_sd, estimate.within_run_sd)
-    value = estimate.value
-    shown = [quantity(value, value - sd, value + sd, estimate.unit) for sd in spreads if sd is not None]
-    return ", ".join(f"{each.half_width or '0'} {each.unit}".strip() for each in shown)
 
 
 def _events(each: "RecordingFit") -> list[str]:

@@ -165,7 +165,7 @@ def _show(rows: "Sequence[TipFit]", unloadings: "Sequence[UnloadingFit | None]",
 
 
 def _cells(parameters: "dict[str, Estimate]") -> list[list[str]]:
-    return [[e.name, str(e.shown), "yes" if e.identifiable else "no", e.source] for e in parameters.values()]
+    return [[e.name, str(e.shown), e.known, e.source] for e in parameters.values()]
 
 
 def tips_of(

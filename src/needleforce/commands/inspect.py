@@ -2,6 +2,7 @@
 """``needleforce inspect``: what a file is, what is assumed of it, what is missing, and the command that reads it;
 ``needleforce FILE``: a short look, its model and a report, or of a folder the command for its recordings."""
 
+import filecmp
 import os
 import shlex
 import sys
@@ -208,15 +209,20 @@ def first_look(
         return
     # never over a file that is there
     folder = Path() if os.access(os.curdir, os.W_OK) else Path(tempfile.gettempdir())
-    report = given.page.report or next(_unused(folder / f"{files[0].stem}_report.html"))
+    *taken, report = [given.page.report] if given.page.report else _names(folder / f"{files[0].stem}_report.html")
     given = msgspec.structs.replace(given, page=ReportFlags(report=report, open=given.page.open))
     identify_files(files, given, lambda done: _glance(done, given))
+    if taken and taken[-1].is_file() and not given.page.open and filecmp.cmp(taken[-1], report, shallow=False):
+        report.unlink()
+        say(f"{report}: removed, as {taken[-1]} is the same")
 
 
-def _unused(path: Path) -> Iterator[Path]:
-    """The path, then with numbers before its ending, without those that are there."""
-    numbered = (path.with_name(f"{path.stem}_{number}{path.suffix}") for number in count(2))
-    return (each for each in chain([path], numbered) if not os.path.lexists(each))
+def _names(path: Path) -> Iterator[Path]:
+    """The path, then with numbers before its ending, up to the first that is not there."""
+    for each in chain([path], (path.with_name(f"{path.stem}_{number}{path.suffix}") for number in count(2))):
+        yield each
+        if not os.path.lexists(each):
+            return
 
 
 def _glance(done: ReadFiles, given: IdentifyFlags) -> None:

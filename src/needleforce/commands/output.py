@@ -37,14 +37,21 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) 
     from rich.table import Table
     from rich.text import Text
 
+    cells = [[_as_printed(str(cell)) for cell in row] for row in rows]
     made = Table(title=Text(printable(title)), title_justify="left", title_style="bold", header_style="bold")
-    widest = max((len(str(row[0])) for row in rows), default=0)
+    widest = max((len(row[0]) for row in cells), default=0)
     for k, column in enumerate(columns):  # names are not broken where the terminal is narrow
         names = {} if k else {"min_width": min(_NAME_WIDTH, widest)}
         made.add_column(Text(printable(column)), overflow="fold", **names)
-    for row in rows:
-        made.add_row(*(Text(printable(str(cell))) for cell in row))
+    for row in cells:
+        made.add_row(*map(Text, row))
     Console(width=None if sys.stdout.isatty() else 160).print(made)
+
+
+def _as_printed(text: str) -> str:
+    """A text as standard output shows it: what its encoding lacks may be wider as it would be typed."""
+    coding = sys.stdout.encoding or "utf-8"
+    return printable(text).encode(coding, "needleforce").decode(coding)
 
 
 class TypedCommand:

@@ -15,7 +15,7 @@ from ..vocabulary import __version__
 
 MAX_KNOTS = 32
 MAX_LINE_WIDTH = 106
-CONVENTION = "SI units. Depth counts from the undeformed surface, + inwards; force is + when it opposes insertion."
+CONVENTION = "SI units. Depth + inwards from the surface: subtract the fit's contact_depth. Force + opposes insertion."
 MAX_NAME_CHARS = 63  # that C distinguishes
 _RESERVED_FILE = Path(__file__).with_name("reserved_names.txt")
 _RULE = (

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Materials of a solid: linear elastic, neo-Hookean, Mooney-Rivlin."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +16,28 @@ BULK_RATIO = 1000.0
 _MIN_BULK_RATIO, _MAX_BULK_RATIO = 2.0 / 3.0, 1e6  # a Poisson's ratio of 0; rounding
 
 
-def check_labels(labels: object) -> None:
-    """Raise InputError for what are no names of layers, each once."""
+def check_labels(labels: object, known: Collection[str] | None = None) -> None:
+    """Raise InputError for what are no names of layers, each once, or not known ones."""
     if isinstance(labels, str) or not isinstance(labels, Sequence) or len(set(labels)) < len(labels):
         step = 'Give labels=("skin", "fat").'
         raise InputError("labels", repr(labels)[:60], "must be names, each once", next_step=step)
+    for label in labels if known is not None else ():
+        if label not in known:
+            raise InputError("label", label, f"the mesh has {list(known)}")
+
+
+def by_label(labels: np.ndarray, materials: Any, kind: Any, example: str) -> dict[str, Any]:
+    """A material for each label of cells (m,): one of all, or of a mapping. Raises InputError for a label without one,
+    or what is of another kind."""
+    names = [str(label) for label in np.unique(labels.astype(str))]
+    given = materials if isinstance(materials, Mapping) else dict.fromkeys(names, materials)
+    for name in (*names, *given):
+        quantity, step = f"material of label {name!r}", f"Give one in materials={{{name!r}: {example}}}."
+        if name not in given:
+            raise InputError(quantity, "missing", f"the mesh has {names}", next_step=step)
+        if not isinstance(given[name], kind):
+            raise InputError(quantity, type(given[name]).__name__, f"must be {example}", next_step=step)
+    return {name: given[name] for name in names}
 
 
 def _ratio(value: float) -> None:

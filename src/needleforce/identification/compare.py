@@ -19,10 +19,10 @@ from .diagnostics import FitInputs
 from .identify import Progress, assemble
 from .models import COMPARED, GRADUAL_LAYERS, IDENTIFIED, OF_LAYERS, SAME_FORCE, needle_saturation, stiffness_law
 from .one_layer.deformation_fit import DeformationFit
-from .one_layer.fit_recording import fit_single
+from .one_layer.fit_recording import fitted
 from .one_layer.loading_curves import FITS
 from .one_layer.machine_stiffness import at_tip
-from .one_layer.segmented_recording import SegmentedRecording
+from .one_layer.segmented_recording import SegmentedRecording, segmented
 from .one_layer.staged_fit import forms_after_puncture
 from .repeats import differing_repeats, paired
 from .result import Fit
@@ -78,7 +78,7 @@ def compare(
     body = None if needle is None else needle_of(needle)
     given = FitInputs(body, needle_saturation(body), {})
     watched = progress(recordings, "comparing") if progress else recordings
-    singles = [fit_single(each, different, given.saturation) for each in watched]
+    singles = [fitted(segmented(each), different, given.saturation) for each in watched]
     answering = {law for single in singles for law in single.fits}
     common = [single for single in singles if answering and answering <= set(single.fits)]
     grown: dict = {}

@@ -192,6 +192,17 @@ def held_fixed(given: FitInputs, law: str, parameters: dict[str, Estimate]) -> t
     return tuple(held)
 
 
+def bevel_note(needle: Needle | None, parameters: dict[str, Estimate]) -> tuple[str, ...]:
+    """A sentence with the modulus by each reading of a bevel as a cone, which recordings cannot tell apart."""
+    modulus, tip = parameters.get("reduced_modulus"), None if needle is None else needle.tip
+    if modulus is None or "equivalence" not in getattr(tip, "parts", ()):
+        return ()
+    slopes = {word: math.tan(equivalent_half_angle(tip.replace(equivalence=word))) for word in core.tips.equivalences}
+    scale = 1e-3 * modulus.value * slopes[tip.equivalence]
+    moduli = ", ".join(f"{word} {scale / slope:.4g} kPa" for word, slope in slopes.items())
+    return (f"The modulus depends on which cone the bevel is read as, here {tip.equivalence}: {moduli}.",)
+
+
 def unknown(given: FitInputs, law: str, two_pass: bool) -> tuple[str, ...]:
     """What more recordings of this kind would not identify either."""
     sentences = [

@@ -20,6 +20,7 @@ MAX_FORCE_SHARE = 0.1  # of the puncture force: a force of none is known to be s
 MIN_SHOWN_SHARE = 0.1  # of the interval: a smaller systematic part is not mentioned
 MIN_CORRELATION = 0.95  # from here on, less than a third of either standard error is left when the other is known
 WITH_OWN_RULE = {"friction_bend", "presliding"}  # may be negative; identifiable where its travel is resolved
+NOT_KNOWN = {"yes": "", "no": ", not identifiable", "fixed": ", fixed"}
 WITHOUT_PRODUCT = {"contact_depth"}  # measured from an arbitrary zero: its products have no meaning
 
 
@@ -41,7 +42,7 @@ class Estimate:
     between_repeats_sd : float or None
         Standard deviation of the repeats' values [``unit``]; None with fewer than two repeats.
     identifiable : bool
-        False where the recordings do not determine the value.
+        False where the recordings do not determine the value, as for one that is held fixed.
     source : str
         How the value was obtained.
     within_run_sd : float or None
@@ -78,7 +79,7 @@ class Estimate:
         return "most" if share > 0.5 else "part" if share >= MIN_SHOWN_SHARE else ""
 
     def __str__(self) -> str:
-        return f"{self.name}: {self.shown}{'' if self.identifiable else ', not identifiable'}"
+        return f"{self.name}: {self.shown}{NOT_KNOWN[self.known]}"
 
     def __repr__(self) -> str:
         return f"<Estimate {self}>"
@@ -88,17 +89,28 @@ class Estimate:
         return asdict(self) | {"random": self.random}
 
     @property
-    def shown(self) -> Any:
-        """Value and interval as text with a unit of sensible size, see ``display.quantities.Quantity``."""
-        return quantity(self.value, self.low, self.high, self.unit)
+    def known(self) -> str:
+        """``identifiable`` in a word: ``yes``, ``no``, or ``fixed`` for a value that was held and has no interval."""
+        held = self.low == self.high and isfinite(self.value)
+        return "yes" if self.identifiable else "fixed" if held else "no"
 
     @property
-    def scatter(self) -> str:
-        """``between_repeats_sd`` in the unit of the value as shown; empty with fewer than two repeats."""
-        if self.between_repeats_sd is None:
+    def shown(self) -> Any:
+        """Value and interval as text with a unit of sensible size, see ``display.quantities.Quantity``."""
+        limits = (None, None) if self.known == "fixed" else (self.low, self.high)
+        return quantity(self.value, *limits, self.unit)
+
+    @property
+    def doubt(self) -> str:
+        """What is to be read before ``shown`` in a table without a column of ``known``; empty for ``yes``."""
+        return {"yes": "", "no": "not identified: ", "fixed": "fixed: "}[self.known]
+
+    def spread(self, sd: float | None) -> str:
+        """A standard deviation [``unit``] in the unit of the value as shown; empty for None."""
+        if sd is None:
             return ""
-        sd = quantity(self.value, self.value - self.between_repeats_sd, self.value + self.between_repeats_sd, self.unit)
-        return with_unit(sd.half_width, sd.unit)
+        shown = quantity(self.value, self.value - sd, self.value + sd, self.unit)
+        return with_unit(shown.half_width or "0", shown.unit)
 
     @property
     def specimen_sd(self) -> float | None:
@@ -137,8 +149,8 @@ class Parameters(Printed, dict[str, Estimate]):
                 each.name,
                 str(each.shown),
                 each.systematic_share,
-                each.scatter,
-                "yes" if each.identifiable else "no",
+                each.spread(each.between_repeats_sd),
+                each.known,
                 "" if shared else each.source,
             )
             for each in self.values()
@@ -157,11 +169,12 @@ class EstimateResult(Result):
     """A result whose numbers are ``estimates``, in a table and as intervals over their values."""
 
     __slots__ = ()
+    parameters: dict[str, Estimate]
 
     @property
     def estimates(self) -> Iterable[Estimate]:
-        """What was identified."""
-        raise NotImplementedError
+        """What was identified: all ``parameters`` where a result has no others."""
+        return tuple(self.parameters.values())
 
     def _found(self) -> Parameters:
         return Parameters({each.name: each for each in self.estimates})
@@ -170,6 +183,7 @@ class EstimateResult(Result):
         return self._found().cells()
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
+        yield "Warnings", getattr(self, "warnings", ())
         yield "Notes", getattr(self, "notes", ())
 
     def _draw(self, axes: Any) -> tuple[str, ...]:

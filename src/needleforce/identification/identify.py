@@ -14,6 +14,7 @@ from ..recording.source import RecordingSource
 from .diagnostics import (
     NO_MODEL,
     FitInputs,
+    bevel_note,
     held_fixed,
     misfit_warning,
     not_narrowed,
@@ -337,13 +338,13 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
         recording_fit(_with_puncture_note(s, law), own.get(s, {}), law, given.needle, refused.get(s, ""))
         for s in singles
     )
-    residual = pooled_quality(fits)
+    residual, bevel = pooled_quality(fits), bevel_note(given.needle, parameters)
     return Fit(
         recordings=fits,
         parameters=parameters,
         identified_model=model,
         quality=residual,
-        warnings=misfit_warning(residual) + warnings_of(singles, model, law) + trouble,
+        warnings=(*misfit_warning(residual), *warnings_of(singles, model, law), *trouble, *bevel),
         held_fixed=held_fixed(given, law, parameters),
         unknown=unknown(given, law, two_pass is not None) + not_narrowed(parameters, fits) + identified_together(fits),
         choice=choice,

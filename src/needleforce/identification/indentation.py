@@ -93,11 +93,6 @@ class IndentationFit(EstimateResult):
         """Root mean square of the residual [N]."""
         return float(np.sqrt(np.mean(self.residual**2)))
 
-    @property
-    def estimates(self) -> tuple[Estimate, ...]:
-        """All ``parameters``."""
-        return tuple(self.parameters.values())
-
     def _heading(self) -> str:
         return f"IndentationFit: {in_words(self.tip)}, residual {self.residual_rms:.3g} N"
 

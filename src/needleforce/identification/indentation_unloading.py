@@ -54,11 +54,6 @@ class UnloadingFit(EstimateResult):
     residual: np.ndarray = field(repr=False)
     residual_share: float
 
-    @property
-    def estimates(self) -> tuple[Estimate, ...]:
-        """All ``parameters``."""
-        return tuple(self.parameters.values())
-
     def _heading(self) -> str:
         return f"UnloadingFit: {in_words(self.tip)}"
 

@@ -16,7 +16,7 @@ from ..models.model import Model
 from ..recording import Recording
 from ..segmentation import Events, segment
 from ..vocabulary import Status
-from .estimates import Correlations, Estimate, EstimateResult, Parameters, Quality, correlations_of, not_identifiable
+from .estimates import Correlations, EstimateResult, Parameters, Quality, correlations_of, not_identifiable
 from .models import run_model
 from .one_layer.machine_stiffness import at_tip
 from .recording_fit import RecordingFit
@@ -135,11 +135,6 @@ class Fit(EstimateResult):
         """Depth [m] of the surface where all recordings share it; None where each has its own."""
         return None
 
-    @property
-    def estimates(self) -> Iterable[Estimate]:
-        """The pooled estimates."""
-        return self.parameters.values()
-
     def new_insertion(self, recording: Recording) -> np.ndarray | None:
         """Force (n,) [N] expected of an insertion that was not recorded, along the motion of a recording; None where no
         scatter between repeats is known."""
@@ -212,9 +207,9 @@ class Fit(EstimateResult):
         save(self.model, path)
 
     def _draw(self, axes: Any) -> tuple[str, ...]:
-        """Force over indentation, measured and modelled, of every recording."""
+        """Force over indentation, measured and modelled, of every recording; one with a model names both."""
         drawn = [each for each in self.recordings if each.recording is not None]
-        for k, each in enumerate(drawn):
+        for k, each in enumerate(sorted(drawn, key=lambda each: not len(each.predicted))):
             surface = each.surface if self.shared_contact is None else self.shared_contact
             indentation = 1e3 * (each.recording.depth - surface)
             axes.plot(indentation, each.recording.force, color=MEASURED, lw=0.8, label="" if k else "measured")
@@ -269,14 +264,6 @@ def with_not_identifiable(fit: Fit, names: Iterable[str]) -> Fit:
 def with_unreadable(fit: Fit | None, unreadable: list[tuple[str, InputError]]) -> Fit:
     """``fit`` with an entry for each (file, error) that could not be read; None is an empty fit."""
     fit = fit or Fit()
-    entries = tuple(
-        RecordingFit(
-            file=file,
-            status=Status.unreadable,
-            recording=None,
-            events=Events(status=Status.unreadable),
-            notes=(str(error),),
-        )
-        for file, error in unreadable
-    )
+    none = {"status": Status.unreadable, "recording": None, "events": Events(status=Status.unreadable)}
+    entries = tuple(RecordingFit(file=file, notes=(str(error),), **none) for file, error in unreadable)
     return dataclasses.replace(fit, recordings=fit.recordings + entries)

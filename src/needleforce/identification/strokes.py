@@ -242,8 +242,9 @@ def friction_reversal_of(
     )
     slides += int(np.argmax(depth[slides : outwards.stop] <= depth[slides] - BIN_M))
     push, pull = float(np.mean(force[rest])), -float(np.mean(force[slides : slides + 5]))
-    k = max(rest.stop + int(np.argmax(force[rest.stop : outwards.stop] <= 0.5 * (push - pull))), 1)
-    travel = core.median(depth[rest]) - depth[[k - 1, k]]
+    held, still = core.median(depth[rest]), slice(rest.stop, outwards.stop)
+    k = max(rest.stop + int(max(np.argmax(force[still] <= 0.5 * (push - pull)), np.argmax(depth[still] < held))), 1)
+    travel = held - depth[[k - 1, k]]
     resolution = MIN_REVERSAL_RATIO * float(np.ptp(depth[rest]))
     half = max(float(travel.mean()), float(np.ptp(depth[rest])))
     at_once = max(0.5 * (push + pull) / pull, 1.0) if pull > 0.0 else 1.0

@@ -77,7 +77,7 @@ class FlexibleInsertion:
         Elements along the embedded needle, 1 to 100.
     small_slopes : bool
         Whether tip and shape leave out the second order of the slopes.
-    max_speed, hold_time : float
+    max_speed, hold_time, depth_noise : float
         As for ``Insertion``.
     **lengths : float
         Of ``core.Bending``: ``hole_radius``, ``unloading``, ``pressure_friction``, ``presliding``, ``path_spacing``,
@@ -113,6 +113,7 @@ class FlexibleInsertion:
         small_slopes: bool = False,
         max_speed: float = 1.0,
         hold_time: float = 0.0,
+        depth_noise: float = 0.0,
         **lengths: float,
     ):
         instance_of("needle", needle, core.Needle, "Give nf.Needle(…).")
@@ -127,7 +128,7 @@ class FlexibleInsertion:
             rotational_compliance=rotational_compliance,
             pivot_stiffness=pivot_stiffness,
         )
-        limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
+        limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
         length = _bevel_length(needle) if bevel_length is None else bevel_length
         if tissue is not None:
             axial = solid_engine(model, tissue, limits, bevel)

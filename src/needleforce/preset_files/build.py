@@ -113,9 +113,10 @@ def make_tip(section: Any, place: str) -> Any:
     shape = next(tip for tip in tips() if tip.name == section.__struct_config__.tag)
     words = {part: getattr(section, part) for part in shape.parts if getattr(section, part) is not None}
     values = si_values(section, shape.table(), place)
-    missing = [row["name"] for row in shape.table() if row["name"] not in values] if hasattr(shape, "columns") else []
-    if missing:
-        raise InputError(f"{shape.name}.{missing[0]}", "missing", "needed in m", place, "Give a column of knots.")
+    missing = [row for row in shape.table() if row["name"] not in values and row.get("default") is None]
+    for row in missing[:1]:
+        limit = f"needed as {' or '.join(keys(row['name'], row['unit']))}"
+        raise InputError(f"{shape.name}.{row['name']}", "missing", limit, place, f"Give the {row['meaning']}.")
     return _make(shape, values | words, place)
 
 

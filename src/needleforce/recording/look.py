@@ -3,6 +3,7 @@
 it."""
 
 import os
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -190,7 +191,8 @@ class Look:
         return rows + ([("…", f"and {more} more", "", "")] if more > 0 else [])
 
     def _facts(self) -> list[tuple[str, ...]]:
-        facts = [("file", self.path), ("format", self.format), ("recordings", str(len(self.parts)))]
+        found = str(len(self.parts)) if self.columns or self.recording else "none"
+        facts = [("file", self.path), ("format", self.format), ("recordings", found)]
         facts += [("shown", self.part)] if self.part else []
         return facts + (self.recording._summary() if self.recording else [])
 
@@ -199,8 +201,14 @@ class Look:
         if self.recording is not None:
             card, notes = self.recording.card, [note.message for note in self.recording.notes]
             parts += [text_list("Assumed", card.assumptions), text_list("Notes", notes)]
-        parts += [f"Not read: {self.problem}"] if self.problem else [f"Read by: {self.command}"]
+        parts += [f"Not read: {self.problem}", self._keywords()] if self.problem else [f"Read by: {self.command}"]
         return blocks(*parts)
+
+    def _keywords(self) -> str:
+        """What the options of the command that the problem names are called in Python."""
+        words = re.findall(r"--[\w-]+", self.problem)
+        named = {flag.word: name for name, flag in flags().items() if flag.word in words}
+        return text_list("In Python, as keywords of read in SI", [f"{word}: {name}" for word, name in named.items()])
 
     __repr__ = __str__
 

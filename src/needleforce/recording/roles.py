@@ -262,11 +262,8 @@ def of_main(options: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def of_motion(options: Mapping[str, Any] | None) -> dict[str, Any]:
     """The options that apply to the motion, without the prefix of their keys."""
-    return {
-        key.removeprefix(MOTION_PREFIX): value
-        for key, value in (options or {}).items()
-        if key.startswith(MOTION_PREFIX)
-    }
+    found = (options or {}).items()
+    return {key.removeprefix(MOTION_PREFIX): value for key, value in found if key.startswith(MOTION_PREFIX)}
 
 
 def stated_unit(table: Table, index: int) -> str | None:
@@ -292,9 +289,12 @@ def _named(table: Table, wanted: str, quantity: str) -> list[int]:
     if not found and wanted.isdecimal() and 1 <= int(wanted) <= len(headers):
         found = [int(wanted) - 1]
     if not found:
-        like = get_close_matches(wanted, headers, 1) or get_close_matches(quantity, headers, 1, 0.0)
+        fitting = _of_dimension(table, RECORDINGS.dimensions.get(quantity, ""), ()) or range(len(headers))
+        words = {k: plain_name(headers[k]) for k in fitting}
+        names = {word: headers[k] for k, name in words.items() for word in (name, *name.split("_"))}
+        like = get_close_matches(plain_name(wanted), names, 1) or get_close_matches(quantity, names, 1, 0.0)
         step = f"Give one of them, or its number from 1 to {len(headers)}, for example --column "
-        step += f"{shlex.quote(f'{quantity}={like[0]}')}."
+        step += f"{shlex.quote(f'{quantity}={names[like[0]]}')}."
         raise InputError(f"column for the {quantity}", repr(wanted), columns_of(table), str(table.path), step)
     return found
 

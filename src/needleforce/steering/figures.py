@@ -83,7 +83,7 @@ def loads(depth: np.ndarray, force: np.ndarray, wrench: np.ndarray) -> Figure:
 def tips(insertions: Sequence[tuple[TipPath, np.ndarray]]) -> Figure:
     """Measured tips of each insertion with the predicted ones (n, 3) [m]."""
     draw = partial(tips_figure, insertions=insertions)
-    return Figure(name="tips", draw=draw, heights=(430.0, 620.0), caption=TIPS, alt=TIPS)
+    return Figure(name="tips", draw=draw, heights=(430.0, 760.0), caption=TIPS, alt=TIPS)
 
 
 def draw_path(axes: "Axes", path: np.ndarray) -> tuple[str, str]:
@@ -215,7 +215,7 @@ def motion_figure(figure: "Drawing", sheet: Sheet, motion: BaseMotion) -> None:
 
 def tips_figure(figure: "Drawing", sheet: Sheet, insertions: Sequence[tuple[TipPath, np.ndarray]]) -> None:
     """Measured and predicted tips of each insertion over depth, and what is left of both."""
-    made = panels(figure, sheet, 2, 2, _MARGINS, sharex="col")
+    made = panels(figure, sheet, *((4, 1) if sheet.narrow else (2, 2)), _MARGINS, sharex="col").reshape(2, 2)
     for path, predicted in insertions:
         depth = 1e3 * path.depth
         for plane in (0, 1):

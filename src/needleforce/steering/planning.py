@@ -16,7 +16,7 @@ from ..display.result import Result
 from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
-from .base_motion import COLUMNS, BaseMotion
+from .base_motion import BaseMotion
 from .obstacles import Obstacle, distance_to
 from .path_errors import POSITION_NOISE
 from .plan_problem import PlanProblem, SteeringLimits
@@ -169,11 +169,11 @@ class Plan(Result):
         from ..display.page import Page, section
         from . import figures
 
-        rows = [
-            (*(f"{value:.3f}" for value in row.values()), f"{1e3 * radius:.2f}", f"{force:.3f}")
-            for row, radius, force in zip(self.motion.rows(), self.tube(), self.force)
-        ]
-        steps = table((*COLUMNS, "radius_95_mm", "axial_force_N"), rows, class_="numbers dense")
+        names = ("depth [mm]", "base x [mm]", "base y [mm]", "roll [°]", "95 % radius [mm]", "axial force [N]")
+        names = names if self.force.any() else names[:-1]  # the model has no laws along the needle
+        values = np.column_stack([[list(row.values()) for row in self.motion.rows()], 1e3 * self.tube(), self.force])
+        rows = [[f"{value:.3f}" for value in row[: len(names)]] for row in np.round(values, 3) + 0.0]  # no "-0.000"
+        steps = table(names, rows, class_="numbers dense")
         seen = {"tube": self.tube(), "obstacles": self.problem.obstacles, "target": self.target}
         path = figures.Scene(path=self.path, shapes=self.shapes, **seen).figures()
         loads = figures.loads(self.motion.depth, self.force, self.wrench)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ...checks import above_zero, instance_of
 from ...errors import InputError
-from ..materials import Elastic
+from ..materials import Elastic, by_label
 from ..mesh.mesh import Mesh
 from .condensed import CondensedTissue, condensed
 from .elements import Elements, Symmetry
@@ -70,7 +70,7 @@ class Tissue:
         order: int | None = None,
     ):
         self.mesh = mesh
-        self.materials = _materials(mesh, materials)
+        self.materials = by_label(mesh.labels, materials, Elastic, "nf.fe.Elastic(young_modulus, poisson_ratio)")
         self.symmetry = _symmetry(mesh, symmetry)
         self.supports = dict({"bottom": "fixed"} if supports is None else supports)
         above_zero("thickness", thickness, "m")
@@ -197,21 +197,6 @@ def check_kinds(tissue: object, path: object) -> None:
     """Raise InputError for what is no tissue or no path."""
     instance_of("tissue", tissue, Tissue, "Give an fe.Tissue.")
     instance_of("path", path, NeedlePath, "Give an fe.NeedlePath.")
-
-
-def _materials(mesh: Mesh, materials: Elastic | Mapping[str, Elastic]) -> dict[str, Elastic]:
-    labels = [str(label) for label in np.unique(mesh.labels.astype(str))]
-    if isinstance(materials, Elastic):
-        return dict.fromkeys(labels, materials)
-    for label, material in materials.items() if isinstance(materials, Mapping) else [("all", materials)]:
-        if not isinstance(material, Elastic):
-            step = "Give nf.fe.Elastic(young_modulus, poisson_ratio)."
-            raise InputError(f"material of {label!r}", repr(material)[:60], "not an Elastic", next_step=step)
-    missing = [label for label in labels if label not in materials]
-    if missing:
-        step = f"Give one in materials={{{missing[0]!r}: nf.fe.Elastic(...)}}."
-        raise InputError(f"material of label {missing[0]!r}", "missing", f"the mesh has {labels}", next_step=step)
-    return {label: materials[label] for label in labels}
 
 
 def _symmetry(mesh: Mesh, symmetry: str | None) -> Symmetry:

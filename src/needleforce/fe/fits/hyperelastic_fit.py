@@ -19,15 +19,16 @@ from ...identification.estimates import Estimate, EstimateResult
 from ...identification.indentation import MIN_FREE_SAMPLES, MIN_RISE_SIGMA
 from ...identification.one_layer.deformation_fit import FLIP_SIGN, MIN_LOADING_SAMPLES
 from ...identification.statistics.noise import TWO_SIDED, noise_of
-from ...identification.statistics.regression import inverse
 from ..hyperelastic.tissue import HyperelasticTissue
 from ..materials import Hyperelastic, NeoHookean, check_labels
+from .insertion_search import AS_GOOD, misfit, uncertainty
 from .pressed_solid import HyperelasticParameters, PressedSolid, StraightLine, young_modulus
 
 _MAX_CHANGE = 1.5  # of one, in a turn
 _MAX_TURNS = 10
 _SETTLED, _SETTLED_SHARE = 1e-3, 0.02  # change of one in the last turn, or that over half of its interval
 _MARGIN = 0.05  # of the indentation, that is solved in addition where the contact is searched
+_CONTACTS = 1.0, 1.3, 0.7  # [of the indentation of a straight line] where the search begins
 _MAX_RETURN = 0.02  # of the curve's length, by which a depth may be above one before
 
 
@@ -61,6 +62,8 @@ class HyperelasticFit(EstimateResult):
         Of the residuals of the hyperelastic and of the linear fit [N].
     solutions : int
         How often the curve was solved for a set of moduli.
+    warnings : tuple of str
+        A misfit beyond the noise, with the place where it is largest.
     """
 
     materials: dict[str, Hyperelastic]
@@ -78,6 +81,7 @@ class HyperelasticFit(EstimateResult):
     rmse: float
     linear_rmse: float
     solutions: int
+    warnings: tuple[str, ...] = ()
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -97,7 +101,7 @@ class HyperelasticFit(EstimateResult):
         """The numbers for JSON."""
         names = (
             *("young_modulus", "linear_young_modulus", "closed_form", "closed_form_modulus", "large_strain_factor"),
-            *("geometry_factor", "rmse", "linear_rmse", "solutions"),
+            *("geometry_factor", "rmse", "linear_rmse", "solutions", "warnings"),
         )
         return super().document() | {name: getattr(self, name) for name in names}
 
@@ -153,7 +157,8 @@ def fit_hyperelastic(
     Notes
     -----
     Least squares for moduli, depth of contact and a constant force without contact; intervals count the
-    autocorrelation of the residual, as those of ``fit_indentation``. The linear solid and the closed form have a
+    autocorrelation of the residual, how parts of the curve disagree, and every depth of contact that several starts end
+    at and that fits as well. The linear solid and the closed form have a
     straight line with its own depth of contact.
 
     The boundary is the same at all depths. The surface next to it is free: what folds onto a bonded plate, or meets the
@@ -267,11 +272,24 @@ class _StiffnessSearch:
         low = np.concatenate([self.around - reach, [self.depth.min()] * searched, [-np.inf]])
         high = np.concatenate([self.around + reach, [self.depth.max()] * searched, [np.inf]])
         scale = [1.0] * count + [0.02 * np.ptp(self.depth)] * searched + [0.02 * np.ptp(self.force)]
-        found = least_squares(
-            lambda x: self._model(x) - self.force, values, x_scale=scale, bounds=(low, high), ftol=1e-12, xtol=1e-12
-        )
-        noise = noise_of(found.fun, len(found.fun), lost=len(found.x))
-        return found.x, noise.long_run * inverse(found.jac.T @ found.jac)
+        found = [
+            least_squares(
+                lambda x: self._model(x) - self.force, start, x_scale=scale, bounds=(low, high), ftol=1e-12, xtol=1e-12
+            )
+            for start in self._starts(values)
+        ]
+        best = min(found, key=lambda each: each.cost)
+        noise, covariance = uncertainty(best.jac, best.fun)
+        as_good = [each.x - best.x for each in found if 2.0 * (each.cost - best.cost) <= AS_GOOD * noise]
+        apart = np.max(np.abs(as_good), axis=0) / TWO_SIDED
+        return best.x, covariance + np.outer(apart, apart)
+
+    def _starts(self, values: np.ndarray) -> list[np.ndarray]:
+        """The values, and the same with contacts elsewhere."""
+        if self.given is not None:
+            return [values]
+        places = self.depth.max() - np.array(_CONTACTS) * (self.depth.max() - values[-2])
+        return [np.concatenate([values[:-2], [place, values[-1]]]) for place in np.maximum(places, self.depth.min())]
 
     def _settled(self, values: np.ndarray, covariance: np.ndarray) -> bool:
         """Whether the stiffness was solved for the numbers that were found."""
@@ -292,6 +310,7 @@ class _StiffnessSearch:
         linear = {label: factor * each for label, each in young.items()}
         contact = self._contact(values)
         half = float(_half(covariance)[-2]) if self.given is None else float("nan")
+        leaves = misfit(residual, self.depth)
         return HyperelasticFit(
             materials=materials,
             young_modulus=young,
@@ -308,6 +327,7 @@ class _StiffnessSearch:
             rmse=float(np.sqrt(np.mean(residual**2))),
             linear_rmse=self.line.rmse,
             solutions=self.solutions,
+            warnings=(f"{leaves}: there the tissue does what this model has not.",) if leaves else (),
         )
 
     def _check(self, values: np.ndarray, rise: np.ndarray, residual: np.ndarray) -> None:

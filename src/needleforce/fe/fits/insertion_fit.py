@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Modulus of tissue from the force of a whole insertion, with the true geometry: the shaft drags the tissue."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
@@ -23,14 +23,21 @@ from ..elastic.tissue import Tissue, check_kinds
 from ..materials import Elastic, check_labels
 from ..mesh.block import graded_lines, grid
 from .insertion_curve import InsertionCurve, insertion_curve
-from .insertion_search import Found, InsertionSearch, StiffnessByLabel, stiffness_by_label
+from .insertion_search import (
+    Found,
+    InsertionSearch,
+    Solutions,
+    StiffnessByLabel,
+    misfit,
+    solutions,
+    stiffness_by_label,
+)
 from .modulus_fit import modulus_estimates
 
 MAX_HALF_WIDTH = float(np.log(10.0))  # of the logarithm of a modulus: beyond, the curve does not show it
 MIN_STICKING = 3.0  # [resolutions of the depth] travel after a reversal in which the shaft sticks
-MIN_REVERSAL = (
-    0.33  # [of that] travel after a reversal: in less, the tip's own spring is as large a part as the shaft's
-)
+MIN_REVERSAL = 0.33  # [of that] travel after a reversal: in less, the tip's own spring is as large as the shaft's
+MAX_CHANGE = 0.05  # of the logarithm of a modulus with the spacing
 _LARGE = 10.0  # depth and radius of a block that stands for a half-space, in lengths of the path
 _SOURCE = "insertion into the solid"
 _LOG_UNIT = float(np.log(20e3))  # of its modulus [Pa] before the search
@@ -59,8 +66,10 @@ class InsertionFit(EstimateResult):
     depth, force, fitted : ndarray, shape (m,)
         Means over short travels of what was used: depth [m], measured force [N], and that of the fit [N].
     rmse, noise : float
-        Of the residual [N], and the standard deviation of white noise in the means [N]: where the first is several
-        times the second, the tissue does what the model does not have, and moduli are as doubtful as that.
+        Of the residual [N], and the standard deviation of white noise in the means [N].
+    warnings : tuple of str
+        A misfit beyond the noise with the place where it is largest, a spacing that is too wide, other moduli that fit
+        as well. Intervals hold all three, but a misfit only as far as parts of the curve disagree.
     """
 
     young_modulus: dict[str, float]
@@ -76,6 +85,7 @@ class InsertionFit(EstimateResult):
     fitted: np.ndarray = field(repr=False)
     rmse: float
     noise: float
+    warnings: tuple[str, ...] = ()
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
@@ -93,7 +103,7 @@ class InsertionFit(EstimateResult):
 
     def document(self) -> dict:
         """The numbers for JSON."""
-        names = ("half_space_modulus", "geometry_factor", "rmse", "noise")
+        names = ("half_space_modulus", "geometry_factor", "rmse", "noise", "warnings")
         return super().document() | {name: getattr(self, name) for name in names}
 
 
@@ -142,37 +152,42 @@ def fit_insertion(
     that is constantly too large or too small in one direction is not taken for dragged tissue. The contact before the
     breakthrough is ``fit_modulus``'s.
 
-    Intervals count the autocorrelation of the residual, but not the error of the mesh: moduli are up to 3 % too small
-    with cells of the needle's radius, 1 % with half of it. Tissue is elastic: if a tenth of the force relaxes, the
-    modulus is some 6 % too large. A spring between shaft and tissue, such as bristles, is taken for tissue.
+    Intervals count the autocorrelation of the residual and how parts of the curve disagree, every solution of several
+    starts that fits as well, and what is found along half the spacing with cells of half the size (in space: the same
+    cells), and as much again beyond, as these errors fall at least in proportion to the size. Tissue is elastic: if a
+    tenth of the force relaxes, the modulus is some 6 % too large. A spring between shaft and tissue, such as bristles,
+    is taken for tissue.
     """
     check_kinds(tissue, path)
-    _check_labels(labels, tissue)
+    check_labels(labels, tissue.materials)
     _check_depths(contact_depth=contact_depth, puncture_depth=puncture_depth)
     curve = insertion_curve(recording_of(recording), float(path.nodes[1]), contact_depth, puncture_depth)
     _check_path(curve, path)
     layers = _layers(tissue, path) if labels else [("", 0.0)]
-    tissue, search, found = _solved(tissue, path, curve, labels, layers)
+    tissue, search, optima = _solved(tissue, path, curve, labels, layers)
     names = tuple(labels) or tuple(tissue.materials)
-    _check_determined(search, found, names)
-    half_space = _half_space(tissue, path, search, found)
+    _check_determined(search, optima[0], names)
+    half_space = _half_space(tissue, path, search, optima[0])
     young = {name: tissue.materials[name].young_modulus for name in names}
+    found = solutions(search, optima, tissue, path, labels)
     return _result(search, found, young, layers=[name for name, _ in layers], half_space=half_space)
 
 
 def _solved(tissue, path, curve, labels, layers):  # type: ignore[no-untyped-def]
-    """Tissue, search and numbers; with labels the tissue is condensed again where the moduli are."""
+    """Tissue, search and where searches end; with labels the tissue is condensed again where the best moduli are."""
     tops = tuple(top for _, top in layers)
     search = InsertionSearch(curve, stiffness_by_label(tissue, path, labels), tops)
-    found = search.found()
+    optima = search.optima()
     for _ in range(_TURNS if labels else 0):
-        moved = found.numbers[search.moduli]
+        found, moved = optima[0], optima[0].numbers[search.moduli]
         tissue = tissue.scaled(dict(zip(labels, np.exp(moved))))
         search = InsertionSearch(curve, stiffness_by_label(tissue, path, labels), tops)
-        found = search.solved(np.concatenate([np.zeros(len(moved)), found.numbers[search.moduli.stop :]]))
-        if np.abs(found.numbers[search.moduli]).max() < _SETTLED:
+        start = np.concatenate([np.zeros(len(moved)), found.numbers[search.moduli.stop :]])
+        others = [replace(each, numbers=each.numbers + start - found.numbers) for each in optima[1:]]
+        optima = [search.polished(start), *others]
+        if np.abs(optima[0].numbers[search.moduli]).max() < _SETTLED:
             break
-    return tissue, search, found
+    return tissue, search, optima
 
 
 def _half_space(tissue: Tissue, path: NeedlePath, search: InsertionSearch, found: Found) -> float:
@@ -181,7 +196,7 @@ def _half_space(tissue: Tissue, path: NeedlePath, search: InsertionSearch, found
     solid = _unit_half_space(path.depth, path.spacing, path.radius, first.poisson_ratio)
     logarithm = np.log(first.young_modulus) + found.numbers[0]
     start = np.append(logarithm - _LOG_UNIT, found.numbers[search.moduli.stop :])
-    return float(np.exp(_LOG_UNIT + replace(search, solid=solid).solved(start).numbers[0]))
+    return float(np.exp(_LOG_UNIT + replace(search, solid=solid).polished(start).numbers[0]))
 
 
 @lru_cache(maxsize=16)
@@ -200,13 +215,6 @@ def _layers(tissue: Tissue, path: NeedlePath) -> list[tuple[str, float]]:
     names = [name for name, _ in layers]
     again = [f"_{names[:k].count(name) + 1}" if name in names[:k] else "" for k, name in enumerate(names)]
     return [(name + number, top) for (name, top), number in zip(layers, again)]
-
-
-def _check_labels(labels: Sequence[str], tissue: Tissue) -> None:
-    check_labels(labels)
-    unknown = [label for label in labels if label not in tissue.materials]
-    if unknown:
-        raise InputError("label", unknown[0], f"the mesh has {list(tissue.materials)}")
 
 
 def _check_depths(**depths: float | None) -> None:
@@ -248,57 +256,71 @@ def _check_determined(search: InsertionSearch, found: Found, names: Sequence[str
 
 def _result(search, found, young, *, layers, half_space):  # type: ignore[no-untyped-def]
     """The fit, for moduli ``young`` [Pa] of the tissue that was condensed last."""
-    half, fitted = TWO_SIDED * found.errors, search.force(found.numbers)
+    best = found.as_good[0]
     places = np.minimum(np.arange(len(young)), search.moduli.stop - 1)  # one for each label, or one for all
     low, modulus, high = (
-        {
-            name: value * float(np.exp(found.numbers[k] + by * half[k]))
-            for (name, value), k in zip(young.items(), places)
-        }
-        for by in (-1.0, 0.0, 1.0)
+        {name: value * float(np.exp(numbers[k])) for (name, value), k in zip(young.items(), places)}
+        for numbers in (found.low, best.numbers, found.high)
     )
+    fitted = search.force(best.numbers)
     return InsertionFit(
         young_modulus=modulus,
         low=low,
         high=high,
-        parameters=_parameters(search, found.numbers, half, layers),
+        parameters=_parameters(search, found, layers),
         half_space_modulus=half_space,
         geometry_factor=half_space / next(iter(modulus.values())) if len(modulus) == 1 else float("nan"),
-        condensed=search.condensed(found.numbers),
-        model=search.model(found.numbers),
+        condensed=search.condensed(best.numbers),
+        model=search.model(best.numbers),
         depth=search.curve.depth[search.curve.used],
         force=search.measured,
         fitted=fitted,
         rmse=float(np.sqrt(np.mean((fitted - search.measured) ** 2))),
         noise=search.noise,
+        warnings=tuple(_warnings(search, found, young)),
     )
 
 
-def _parameters(search: InsertionSearch, numbers: np.ndarray, half: np.ndarray, layers: Sequence[str]) -> Parameters:
+def _warnings(search: InsertionSearch, found: Solutions, young: dict[str, float]) -> Iterator[str]:
+    """What of the fit is not as the noise would have it."""
+    best, depth = found.as_good[0], search.curve.depth[search.curve.used]
+    finer = f"Give a path with a spacing of {1e3 * search.solid.condensed.spacing * 0.5:.3g} mm or less."
+    if leaves := misfit(best.residual, depth):
+        wrong = misfit(found.other.residual, depth)
+        yield f"{leaves}: {'there the tissue does what this model has not.' if wrong else finer}"
+    for k, (name, value) in zip(range(search.moduli.stop), young.items()):
+        here, there, *others = value * np.exp([each.numbers[k] for each in (best, found.other, *found.as_good)])
+        if abs(np.log(there / here)) > MAX_CHANGE:
+            along = f"{plain(there, 'Pa')} along a path of half the spacing"
+            yield f"The modulus of {name!r} is {plain(here, 'Pa')}, and {along}: the interval holds both. {finer}"
+        if np.ptp(np.log(others)) > TWO_SIDED * best.errors[k]:
+            between = f"{plain(min(others), 'Pa')} to {plain(max(others), 'Pa')}"
+            yield f"Several solutions fit as well, with a modulus of {name!r} from {between}: the interval holds them."
+
+
+def _parameters(search: InsertionSearch, solved: Solutions, layers: Sequence[str]) -> Parameters:
     """What was found with the moduli, by name."""
-    found = []
+    numbers, low, high, found = solved.as_good[0].numbers, solved.low, solved.high, []
     for k, layer in enumerate(layers):
         prefix, friction, cutting = f"{layer}_" if layer else "", search.friction.start + k, search.cutting.start + k
-        found.append(_ratio(f"{prefix}friction_per_length", "N/m", numbers[friction], half[friction]))
+        found.append(_ratio(f"{prefix}friction_per_length", "N/m", numbers[friction], low[friction], high[friction]))
         highest = 0.5 * float(np.ptp(search.measured))
-        found.append(_force(f"{prefix}cutting_force", float(numbers[cutting]), float(half[cutting]), highest))
-    found.append(_ratio("withdrawal_ratio", "1", numbers[-3], half[-3]))
+        found.append(_force(f"{prefix}cutting_force", numbers[cutting], low[cutting], high[cutting], highest))
+    found.append(_ratio("withdrawal_ratio", "1", numbers[-3], low[-3], high[-3]))
     for name, unit, k in (("force_offset", "N", -2), ("contact_depth", "m", -1)):
-        value, width = float(numbers[k]), float(half[k])
-        found.append(Estimate(name, value, unit, value - width, value + width, source=_SOURCE))
+        found.append(Estimate(name, float(numbers[k]), unit, float(low[k]), float(high[k]), source=_SOURCE))
     return Parameters({each.name: each for each in found})
 
 
-def _ratio(name: str, unit: str, logarithm: float, half: float) -> Estimate:
+def _ratio(name: str, unit: str, logarithm: float, low: float, high: float) -> Estimate:
     """What was found by its logarithm."""
-    known = bool(half < MAX_HALF_WIDTH)
-    ends = np.exp(logarithm + half * np.array([-1.0, 1.0])) if known else (0.0, np.inf)
-    value, low, high = (float(each) for each in (np.exp(logarithm), *ends))
-    return Estimate(name, value, unit, low, high, identifiable=known, source=_SOURCE)
+    known = bool(high - low < 2.0 * MAX_HALF_WIDTH)
+    ends = (float(np.exp(low)), float(np.exp(high))) if known else (0.0, np.inf)
+    return Estimate(name, float(np.exp(logarithm)), unit, *ends, identifiable=known, source=_SOURCE)
 
 
-def _force(name: str, value: float, half: float, highest: float) -> Estimate:
+def _force(name: str, value: float, low: float, high: float, highest: float) -> Estimate:
     """A force that cannot be negative, known within a highest half width [N]."""
-    known, value = half < highest, max(value, 0.0)
-    low, high = (max(value - half, 0.0), value + half) if known else (0.0, np.inf)
-    return Estimate(name, value, "N", low, high, identifiable=known, source=_SOURCE)
+    known = bool(high - low < 2.0 * highest)
+    ends = (max(float(low), 0.0), float(high)) if known else (0.0, np.inf)
+    return Estimate(name, max(float(value), 0.0), "N", *ends, identifiable=known, source=_SOURCE)

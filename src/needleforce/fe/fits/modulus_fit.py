@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...display.quantities import plain
-from ...errors import InputError
 from ...identification.estimates import Estimate, EstimateResult
 from ...identification.indentation import fit_indentation
 from ...identification.statistics.noise import TWO_SIDED, noise_of
@@ -17,6 +16,7 @@ from ...mechanics.contact import contact
 from ...vocabulary import SMALLEST
 from ..elastic.surface_contact import press
 from ..elastic.tissue import Tissue
+from ..materials import check_labels
 
 _DEPTHS = 16  # at which the contact is solved
 _STEP = 0.05  # of the logarithm of a modulus, in a derivative
@@ -116,9 +116,7 @@ def fit_modulus(
     autocorrelation of the residual, as those of ``fit_indentation``.
     """
     start = fit_indentation(depth, force, tip, poisson_ratio=_ratio(tissue))
-    unknown = [label for label in labels if label not in tissue.materials]
-    if unknown:
-        raise InputError("label", unknown[0], f"the mesh has {list(tissue.materials)}")
+    check_labels(labels, tissue.materials)
     problem = _Problem(
         tissue, tip, depth=np.asarray(depth, float), force=np.asarray(force, float), reach=reach, labels=tuple(labels)
     )

@@ -16,7 +16,7 @@ from ..elastic.elements import Symmetry
 from ..elastic.factorisation import Factor
 from ..elastic.supports import facets_of, unknowns_of
 from ..hyperelastic.tissue import HyperelasticTissue
-from ..materials import Hyperelastic, MooneyRivlin, NeoHookean
+from ..materials import Hyperelastic, MooneyRivlin, NeoHookean, check_labels
 from ..mesh.mesh import library
 
 _MIN_STEPS = 4
@@ -144,10 +144,7 @@ class HyperelasticParameters:
 
     def __init__(self, start: Mapping[str, Hyperelastic], labels: tuple[str, ...], find_c01: bool):
         self.start, self.labels, self.find_c01 = start, labels, find_c01
-        unknown = [label for label in labels if label not in self.start]
-        if unknown or len(set(labels)) < len(labels):
-            limit = f"must be one of {list(self.start)}, each once"
-            raise InputError("label", unknown[0] if unknown else list(labels), limit)
+        check_labels(labels, self.start)
         self.found = labels or tuple(self.start)
         found = [self.start[label] for label in self.found]
         self.shares = [_share(each) for each in found if isinstance(each, MooneyRivlin)]

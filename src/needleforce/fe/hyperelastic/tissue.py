@@ -14,7 +14,7 @@ from ..elastic.factorisation import Factor
 from ..elastic.stress import Stress, checked_solution
 from ..elastic.supports import facets_of, unknowns_of
 from ..elastic.tissue import BodyOptions, Tissue
-from ..materials import Elastic, Hyperelastic
+from ..materials import Elastic, Hyperelastic, by_label
 from ..mesh.mesh import Mesh
 from .elements import HyperelasticElements, Moduli
 
@@ -91,7 +91,8 @@ class HyperelasticTissue:
         if options.get("symmetry") == Symmetry.PLANE_STRESS:
             step = "Use plane_strain, or a thin body in space with its faces free."
             raise InputError("symmetry", options["symmetry"], "is for small strain only", next_step=step)
-        self.mesh, self.materials = mesh, _materials(mesh, materials)
+        kinds = "nf.fe.NeoHookean(...) or nf.fe.MooneyRivlin(...)"
+        self.mesh, self.materials = mesh, by_label(mesh.labels, materials, Hyperelastic, kinds)
         linear = {label: _linear(material) for label, material in self.materials.items()}
         self.tissue = Tissue(mesh, linear, **options)
         self.elements = HyperelasticElements(self.tissue.elements, _moduli(mesh, self.materials))
@@ -295,19 +296,6 @@ def _displacement_of(given: Prescribed, places: np.ndarray, name: str) -> np.nda
         limit = f"must have a finite number or None for each of {places.shape[1]} axes"
         raise InputError(f"displacement of {name!r}", f"of shape {rows.shape[1:]}", limit, next_step="Give it in m.")
     return rows
-
-
-def _materials(mesh: Mesh, materials: Hyperelastic | Mapping[str, Hyperelastic]) -> dict[str, Hyperelastic]:
-    labels = [str(label) for label in np.unique(mesh.labels.astype(str))]
-    given = materials if isinstance(materials, Mapping) else dict.fromkeys(labels, materials)
-    step = "Give nf.fe.NeoHookean(...) or nf.fe.MooneyRivlin(...)."
-    for label in labels:
-        if label not in given:
-            raise InputError(f"material of label {label!r}", "missing", f"the mesh has {labels}", next_step=step)
-        if not isinstance(given[label], Hyperelastic):
-            value = type(given[label]).__name__
-            raise InputError(f"material of label {label!r}", value, "is not hyperelastic", next_step=step)
-    return {label: given[label] for label in labels}
 
 
 def _linear(material: Hyperelastic) -> Elastic:

@@ -27,6 +27,7 @@ ALSO_ESTIMATED = (
     "friction_bend",
 )
 """Estimates of a cycle, in their order, after those of its loading curve."""
+HELD_EXPONENT = "held fixed: a free exponent has no lower BIC"
 UNKNOWNS = (
     "stiffness_coefficient",
     "contact_depth",
@@ -134,12 +135,6 @@ class CycleResiduals:
         """Their root mean square [N]."""
         return math.sqrt(self.sse / self.count)
 
-    @property
-    def noise_correlation_length(self) -> float:
-        """[samples] per independent one: long-run over plain variance. 1 is white noise."""
-        plain = sum(noise.count * noise.variance for noise in self.noises)
-        return sum(noise.count * noise.long_run for noise in self.noises) / plain if plain > 0.0 else 1.0
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CycleFit(FittedValues):
@@ -192,12 +187,13 @@ def estimates_of(fit: CycleFit, has_withdrawal: bool) -> dict[str, Estimate]:
 
 def _estimate(name: str, fit: CycleFit, source: str) -> Estimate:
     limits = fit.values[name], UNITS[name], fit.low[name], fit.high[name]
+    held = name not in fit.order and fit.low[name] == fit.high[name]
     return Estimate(
         name,
         *limits,
         systematic=fit.systematic_part(name),
-        identifiable=_is_identifiable(name, fit),
-        source=source,
+        identifiable=not held and _is_identifiable(name, fit),
+        source=HELD_EXPONENT if held and name == "rupture_exponent" else source,
     )
 
 

@@ -4,6 +4,7 @@
 import contextlib
 import dataclasses
 import functools
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -13,7 +14,7 @@ from ...recording import Recording
 from ...segmentation import Events, Puncture
 from ...vocabulary import Status
 from ..motion import depths_between
-from ..statistics.noise import DriftEffect
+from ..statistics.noise import SIGNIFICANT, TWO_SIDED, DriftEffect
 from ..strokes import Strokes, depth_before, filter_delay, strokes_of
 from .cycle_fit import fit_cycle, limit_saturation
 from .cycle_values import CycleFit, CycleOptions
@@ -34,18 +35,13 @@ STAGED = (
 FAILURES = (ValueError, ArithmeticError, np.linalg.LinAlgError)  # of a fit; an InputError is a ValueError
 RUPTURES_GRADUALLY = (
     "The rupture is gradual: it begins at an indentation of {rupture_onset:.3g} mm, before the force peak, and most of "
-    "the contact is lost over {rupture_length:.2g} mm. A sharp rupture does not explain the fall."
+    "the contact is lost over {rupture_length:.2g} mm. With the law {law}, a sharp rupture does not explain the fall."
 )
 ONLY_STAGED = "The law {} has only a staged fit: first the loading curve, then friction and cutting."
 
 
-def fit_single(recording: Recording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
-    """Segment and fit one recording with each stiffness law. Never raises: errors are reported in status and notes."""
-    return fitted(segmented(recording), laws, saturation)
-
-
 def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float | None) -> SegmentedRecording:
-    """A segmented recording with the fits of further stiffness laws."""
+    """A segmented recording with the fits of further stiffness laws. Never raises: status and notes have errors."""
     if not single.events.punctures:
         return single
     fits, loading, notes = dict(single.fits), dict(single.loading), dict(single.law_notes)
@@ -54,9 +50,9 @@ def fitted(single: SegmentedRecording, laws: tuple[str, ...], saturation: float 
         try:
             found, loading[law], sentences = fit(law)
             notes[law] = tuple(dict.fromkeys(sentences))
-            fits[law] = widen_to_cover(found, _answers(others, law))
+            fits[law] = widen_to_cover(_covering_start_of_fall(found, single), _answers(others, law))
         except FAILURES as error:
-            notes[law] = (f"The law {law} cannot be fitted: {error}",)
+            notes[law] = (f"The file was read, but the law {law} cannot be fitted: {error}",)
     status = single.events.status if fits else Status.unreadable
     return dataclasses.replace(single, status=status, law_notes=notes, fits=fits, loading=loading)
 
@@ -113,7 +109,7 @@ def _fit(
     if FITS[law].gradual:
         found = _gradual(single, law, joint, _loading(single, FITS[law].law.name, before, saturation), saturation)
         values = {name: 1e3 * found[0].values[name] for name in ("rupture_onset", "rupture_length")}
-        return *found, [*notes, RUPTURES_GRADUALLY.format(**values)]
+        return *found, [*notes, RUPTURES_GRADUALLY.format(law=FITS[law].law.name, **values)]
     loading = _loading(single, law, before, saturation)
     if law == joint.law and len(single.events.punctures) == 1 and agrees(joint, loading):
         return joint, loading, [*notes, *joint.warnings]
@@ -257,6 +253,13 @@ def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
     if low <= value <= high:
         ends = max(fit.low[name], low), min(fit.high[name], high)
         return dataclasses.replace(fit, low=fit.low | {name: ends[0]}, high=fit.high | {name: ends[1]})
+    return _covering(fit, low, high)
+
+
+def _covering(fit: CycleFit, low: float, high: float) -> CycleFit:
+    """The fit whose puncture's interval holds its own and the depths ``low`` to ``high`` [m] that were measured."""
+    name = "puncture_depth"
+    value = fit.values[name]
     less, more = max(fit.low[name] - low, 0.0), max(high - fit.high[name], 0.0)
     moved = dict.fromkeys((name, "puncture_indentation"), (high if value < low else low) - value)
     lows = fit.low | {each: fit.low[each] - less for each in moved}
@@ -264,6 +267,38 @@ def _within(fit: CycleFit, low: float, high: float) -> CycleFit:
     found = widened(fit, lows, highs, {"drop": moved})
     shared = {each: (max(-change, 0.0), max(change, 0.0)) for each, change in moved.items()}
     return dataclasses.replace(found, systematic=found.systematic | shared)
+
+
+def _covering_start_of_fall(fit: CycleFit, single: SegmentedRecording) -> CycleFit:
+    """The fit whose puncture's interval holds the start of a fall that takes several samples, where a sharp puncture is
+    drawn into it: the puncture is not where the force leaves its peak, the law is above the force between the two, or
+    the force is not yet down behind it. A fall may begin as long before its highest sample as it takes to leave the
+    noise from there."""
+    if single.recording.card.filter_length > 1:  # which moves the peak
+        return fit
+    if FITS[fit.law].gradual:
+        return _covering(fit, *_start_if_exponential(fit))
+    strokes, residual, before = single.strokes, fit.residuals.insertion, fit.puncture.before
+    depth, force, limit = strokes.depth_in, strokes.force_in, SIGNIFICANT * math.sqrt(fit.residuals.noises[0].variance)
+    peak = max(strokes.place_in(_peak_sample(single) + 1) - 1, 0)
+    past = peak + int(np.argmax(force[peak:] < force[peak] - math.sqrt(2.0) * limit))
+    n = max(before - 1 - peak, 0)
+    above = float(residual[max(peak - n, 0) : peak].sum() - residual[peak + 1 : before].sum())
+    slow = above > limit * math.sqrt(2.0 * n) or float(residual[before : before + 1].sum()) > limit
+    ends, margin = depth[[max(2 * peak - past, 0), past]], TWO_SIDED * strokes.depth_noise
+    low, high = float(ends.min()) - margin, float(ends.max()) + margin
+    return _covering(fit, low, high) if slow or not low <= fit.values["puncture_depth"] <= high else fit
+
+
+def _start_if_exponential(fit: CycleFit) -> tuple[float, float]:
+    """The depths [m] between which a gradual rupture starts: as the fit has it and, where its exponent m is held, as an
+    exponential fall that loses half of the contact at the same depth and as fast, later by ln(2)^(1/m) (1 - 1/m)
+    lengths."""
+    held, m = "rupture_exponent" not in fit.order, fit.values["rupture_exponent"]
+    later = fit.values["rupture_length"] * math.log(2.0) ** (1.0 / m) * (1.0 - 1.0 / m) if held else 0.0
+    start = fit.values["contact_depth"] + fit.values["rupture_onset"]
+    half = float(np.nan_to_num(0.5 * (fit.high["rupture_onset"] - fit.low["rupture_onset"])))
+    return start + min(later, 0.0) - half, start + max(later, 0.0) + half
 
 
 def _or_none(arrays: tuple, options: CycleOptions) -> CycleFit | None:

@@ -257,7 +257,8 @@ def refuse_sharp(
     one, other = (noise_of(np.where(used, each, 0.0), int(used.sum()), filter_length, 1.0) for each in residuals)
     n = independent_samples([one, other])
     if not bic_gain(one.sse, other.sse, 2, n) > VERY_STRONG_BIC:
-        raise InputError("rupture", "not gradual", "a sharp one explains the samples as well")
+        limit = f"a sharp one explains the samples as well with the law {loading.law}"
+        raise InputError("rupture", "not gradual", limit, next_step="Use paper, cone_cylinder or power_law.")
 
 
 def _sharp_force(sharp: CycleFit, loading: DeformationFit, strokes: Strokes, end: int) -> np.ndarray:

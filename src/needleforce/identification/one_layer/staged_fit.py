@@ -96,15 +96,17 @@ def fit_by_stages(
 
 def _not_negative(design: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
     """Friction and cutting, neither below 0, and a sentence for each that is held at 0, with its best value."""
-    from scipy.optimize import nnls
-
     best = np.linalg.lstsq(design, force, rcond=None)[0]
     held = tuple(
         f"The {name} is held at 0: least squares give {value:.3g} {unit}, which is unphysical."
         for name, unit, value in zip(("friction per length", "cutting force"), ("N/m", "N"), best)
         if value < 0.0
     )
-    return (nnls(design, force)[0] if held else best), held
+    if held:
+        from scipy.optimize import nnls  # a tenth of a second that most fits do not need
+
+        best = nnls(design, force)[0]
+    return best, held
 
 
 def _covariance(design: np.ndarray, residual: np.ndarray, n_insertion: int, filter_length: int) -> np.ndarray:

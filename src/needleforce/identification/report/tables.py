@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from ...display.markup import Markup, element, join, listing, table
 from ...display.page import definitions, note
-from ...display.quantities import DASH, Quantity, percent, plain, quantity, with_unit
+from ...display.quantities import DASH, Quantity, percent, plain, with_unit
 from ...models.model import Model
 from ...segmentation.events import EVENT_HEAD
 from ...vocabulary import __version__
@@ -51,24 +51,17 @@ def _layer_table(layer: str, parameters: dict[str, Estimate], common: str | None
 
 def _parameter(own_name: str, estimate: Estimate, common: str | None) -> tuple:
     """The row of one estimate."""
-    shown = quantity(estimate.value, estimate.low, estimate.high, estimate.unit)
+    shown = estimate.shown
     value = element("strong", shown.text) if not shown.interval else join(_value_and_interval(shown))
     if estimate.systematic_share == "most":
         value = join([value, element("span", ", mostly systematic", class_="interval")])
     name = join([quantity_name(own_name), element("code", estimate.name)])
     spreads = (
-        _spread(estimate.value, sd, estimate.unit) for sd in (estimate.between_repeats_sd, estimate.within_run_sd)
+        "" if sd is None else element("span", estimate.spread(sd), class_="spread")
+        for sd in (estimate.between_repeats_sd, estimate.within_run_sd)
     )
-    identifiable = "yes" if estimate.identifiable else element("em", "no")
+    identifiable = "yes" if estimate.identifiable else element("em", estimate.known)
     return name, value, *spreads, identifiable, "" if common else estimate.source
-
-
-def _spread(value: float, spread: float | None, unit: str) -> Markup | str:
-    """The scatter, in the unit of its value."""
-    if spread is None:
-        return ""
-    shown = quantity(value, value - spread, value + spread, unit)
-    return element("span", with_unit(shown.half_width, shown.unit) if shown.half_width else DASH, class_="spread")
 
 
 def _value_and_interval(shown: Quantity) -> tuple:
@@ -140,8 +133,7 @@ def _value(estimate: Estimate | None) -> str:
         return ""
     if estimate.name.endswith("puncture_depth") and estimate.high == math.inf:
         return "not reached"
-    text = quantity(estimate.value, estimate.low, estimate.high, estimate.unit).text
-    return text if estimate.identifiable else f"not identified: {text}"
+    return estimate.doubt + estimate.shown.text
 
 
 def event_table(recordings: Sequence[RecordingFit]) -> Markup:

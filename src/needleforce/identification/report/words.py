@@ -55,7 +55,7 @@ _STATUS = {
     "no_contact": "no contact: the force stays at its baseline",
     "no_puncture": "contact, but no puncture",
     "incomplete": "incomplete: the recording ends within the cycle",
-    "unreadable": "could not be read",
+    "unreadable": "could not be read or fitted",
 }
 _PHASES = {"free": "free travel", "deformation": "deformation", "insertion": "insertion", "hold": "hold",
            "extraction": "withdrawal"}  # fmt: skip

@@ -55,6 +55,13 @@ def _mean(sites: list[Site], name: str, unit: str = "N/m") -> Estimate:
     return mean_estimate(name, [getattr(site, name) for site in sites], unit, "", half)
 
 
+def _term(name: str, unit: str, value: tuple, adds: tuple, sentence: str) -> BiasTerm:
+    """A term with its value and limits, and what these add to the cutting force."""
+    middle, low, high = map(float, value)
+    added = {"adds_low": float(adds[0]), "adds_high": float(adds[1])}
+    return BiasTerm(name=name, value=middle, low=low, high=high, unit=unit, sentence=sentence, **added)
+
+
 def _dimple(sites: list[Site]) -> BiasTerm:
     """A dimple d1 of the first pass reduces the cutting force by f1 d1; it is 0 to the puncture indentation."""
     friction = max(*(_mean(sites, name).value for name in ("first_slope", "friction_slope")), 0.0)
@@ -66,16 +73,7 @@ def _dimple(sites: list[Site]) -> BiasTerm:
     if exits:
         sentence += f", by {force(friction * value)} for a dimple as deep as that pass's exit, {1e3 * value:.2g} mm"
     sentence += ". Parallel curves do not exclude a dimple."
-    return BiasTerm(
-        name="dimple",
-        value=value,
-        low=0.0,
-        high=puncture,
-        unit="m",
-        adds_low=-friction * puncture,
-        adds_high=0.0,
-        sentence=sentence,
-    )
+    return _term("dimple", "m", (value, 0.0, puncture), (-friction * puncture, 0.0), sentence)
 
 
 def _intercept(sites: list[Site], spreading: tuple[float, float] | None) -> BiasTerm:
@@ -91,16 +89,7 @@ def _intercept(sites: list[Site], spreading: tuple[float, float] | None) -> Bias
         f"({span(found.low, found.high)}): {reading}, minus the effect of a dimple of that pass. Such a dimple would "
         f"raise the cutting force by {span(*adds)}. A line forced through the origin would bias the friction."
     )
-    return BiasTerm(
-        name="intercept",
-        value=found.value,
-        low=float(found.low),
-        high=float(found.high),
-        unit="N",
-        adds_low=float(adds[0]),
-        adds_high=float(adds[1]),
-        sentence=sentence,
-    )
+    return _term("intercept", "N", (found.value, found.low, found.high), adds, sentence)
 
 
 def _friction(sites: list[Site]) -> BiasTerm:
@@ -115,16 +104,7 @@ def _friction(sites: list[Site]) -> BiasTerm:
     sentence += f"{force(found.value * depth)} ({span(*adds)}) to the cutting force; "
     tilted = found.low > 0.0 or found.high < 0.0
     sentence += "the difference of the forces is not constant." if tilted else "it agrees with equal friction."
-    return BiasTerm(
-        name="unequal_friction",
-        value=found.value,
-        low=float(found.low),
-        high=float(found.high),
-        unit="N/m",
-        adds_low=float(adds[0]),
-        adds_high=float(adds[1]),
-        sentence=sentence,
-    )
+    return _term("unequal_friction", "N/m", (found.value, found.low, found.high), adds, sentence)
 
 
 def _spreading(spreading: tuple[float, float] | None) -> BiasTerm:
@@ -134,16 +114,7 @@ def _spreading(spreading: tuple[float, float] | None) -> BiasTerm:
         f"The force that spreads the hole ({size}) is assumed equal in both passes: it cancels in the difference "
     )
     sentence += "and remains in the second pass."
-    return BiasTerm(
-        name="spreading_force",
-        value=0.5 * (low + high),
-        low=low,
-        high=high,
-        unit="N",
-        adds_low=0.0,
-        adds_high=0.0,
-        sentence=sentence,
-    )
+    return _term("spreading_force", "N", (0.5 * (low + high), low, high), (0.0, 0.0), sentence)
 
 
 def bias_sentences(

@@ -17,6 +17,7 @@ from ...errors import InputError
 from ...files import read_bytes
 from ..table import Table
 from .arrays import MAX_TABLES, check_count
+from .text import unmarked_encoding
 from .text_rows import Encoding
 from .text_values import TextValues
 
@@ -27,7 +28,7 @@ _MAX_BYTES = 1 << 28
 def tables(path: Path) -> list[Table]:
     """A table for every segment. Raises InputError for a file without one."""
     content = read_bytes(path, "LabVIEW measurement file", _MAX_BYTES)
-    encoding = _encoding(content)
+    encoding = unmarked_encoding(content)
     stated = re.search(rb"^Separator([\t,;])", content, re.MULTILINE)  # the sign itself, and its name after it
     separator = stated[1].decode() if stated else "\t"
     view = _View(content=content, encoding=encoding, separator=separator)
@@ -46,14 +47,6 @@ def tables(path: Path) -> list[Table]:
         limit, step = "a heading and rows of numbers are needed", "Check that the recording is complete."
         raise InputError("LabVIEW measurement file", "without a segment", limit, str(path), step)
     return found if len(found) == 1 else [replace(table, name=f"segment {k}") for k, table in enumerate(found, 1)]
-
-
-def _encoding(content: bytes) -> Encoding:
-    try:
-        content.isascii() or content.decode("utf-8")
-    except UnicodeDecodeError:
-        return Encoding(name="latin-1")
-    return Encoding(name="utf-8")
 
 
 @dataclass(frozen=True, kw_only=True)

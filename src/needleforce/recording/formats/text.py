@@ -111,8 +111,13 @@ def _encoding(start: bytes, path: Path) -> Encoding:
         if max(high, low) > 0.4 * len(start) and min(high, low) < 0.01 * len(start):
             return Encoding(name="utf-16-be" if high > low else "utf-16-le")
         raise InputError("file", "binary, of no known format", "a recording is needed", str(path), _EXPORT)
+    return unmarked_encoding(start[: start.rfind(b"\n") + 1 or None])
+
+
+def unmarked_encoding(text: bytes) -> Encoding:
+    """UTF-8 where the text is that, otherwise Latin-1."""
     try:
-        start[: start.rfind(b"\n") + 1 or None].decode("utf-8")
+        text.decode("utf-8")
     except UnicodeDecodeError:
         return Encoding(name="latin-1")
     return Encoding(name="utf-8")

@@ -118,18 +118,10 @@ def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) 
     place = Path(path)
     collected = Collected(columns or {}, str(place))
     if place.is_dir() or is_ros1_bag(place):
-        damage = (read_bag if place.is_dir() else read_ros1_bag)(place, collected)
-        return Log(
-            wrench=collected.wrench(),
-            axis=collected.axis(),
-            marks=collected.marks,
-            card={},
-            end=None,
-            complete=True,
-            notes=damage + collected.notes(),
-            others=collected.others(),
-        )
-    contents = _read_file(place, collected)
+        contents = _Contents(collected)
+        contents.complete, contents.notes = True, (read_bag if place.is_dir() else read_ros1_bag)(place, collected)
+    else:
+        contents = _read_file(place, collected)
     return Log(
         wrench=collected.wrench(),
         axis=collected.axis(),
