@@ -93,7 +93,7 @@ class HeldOut:
         tips = {by: fit.predict(path, by=by)[:, :2] for by in ("unicycle", "bicycle", "regression", "mechanics")}
         tips["unicycle, exact kinematics"] = unicycle(training, path)
         for simple in ("bicycle", "regression"):
-            weight = fit.model.predictor.weight_beside(simple)
+            weight = fit.model.predictor.weight_with(simple)
             tips[JOINED + simple] = weight * tips["mechanics"] + (1.0 - weight) * tips[simple]
         return cls(path, {by: tip - path.tip[:, :2] for by, tip in tips.items()}, fit.model.predictor)
 

@@ -20,9 +20,9 @@ SIMPLE = ("unicycle", "bicycle", "regression")
 """Predictors without mechanics, of one, two and four coefficients a direction, the last ones common to both."""
 _UNIT = 0.1  # [m] of depth, so that coefficients are about 1
 _RIDGE = 1e-5  # [m^2]; with errors of 1 mm, coefficients of 0.3 or more are hardly shrunk
-_ALIKE = 0.4  # correlation of the errors of mechanics and regression in recorded insertions: 0.38, 0.42 and 0.45
-# what left-out insertions of two gels showed: mean square of the errors over the expected ones, learnt from two tissues
-# as alike as they, which leaves a new one that much doubt (docs/evidence/steering.md)
+_CORRELATION = 0.4  # correlation of the errors of mechanics and regression in recorded insertions: 0.38, 0.42 and 0.45
+# mean square of the errors of held-out insertions over the expected one, the larger of two gels (2.3 and 1.9), and how
+# many gels have shown it, which leaves a new one that much doubt (docs/evidence/steering.md)
 GELS_RATIO = 2.3
 GELS = 2
 
@@ -228,15 +228,15 @@ class PathPredictor:
     @cached_property
     def weight(self) -> float:
         """Weight of the mechanics in a prediction; that of the regression is the rest."""
-        return self.weight_beside("regression")
+        return self.weight_with("regression")
 
-    def weight_beside(self, simple: str) -> float:
-        """Weight of the mechanics beside a simple model, from 0 to 1, for which errors of the sizes of those in the
+    def weight_with(self, simple: str) -> float:
+        """Weight of the mechanics next to a simple model, from 0 to 1, for which errors of the sizes of those in the
         left-out steered insertions (geometric mean) and of the usual correlation leave the least."""
         if not any(path.steered for path in self.insertions) or not self.left_out:
             return 1.0
         ratio = math.exp(np.mean([math.log(each.rms(simple) / each.rms("mechanics")) for each in self.judged]))
-        return min(max((ratio**2 - _ALIKE * ratio) / (1.0 + ratio**2 - 2.0 * _ALIKE * ratio), 0.0), 1.0)
+        return min(max((ratio**2 - _CORRELATION * ratio) / (1.0 + ratio**2 - 2.0 * _CORRELATION * ratio), 0.0), 1.0)
 
     @cached_property
     def error_scale(self) -> float:
