@@ -72,6 +72,7 @@ if [ ${#needed[@]} -gt 0 ]; then
     DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${needed[@]}" > /dev/null
     kill $clock
     trap - EXIT
+    echo "system packages: done after $SECONDS s"
   else
     says_how
     exit 1

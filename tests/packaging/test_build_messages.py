@@ -5,10 +5,12 @@ import re
 import shutil
 import subprocess
 import sys
+from importlib.metadata import distributions
 from types import SimpleNamespace
 
 import pytest
 from building import TOOLS
+from packaging.specifiers import SpecifierSet
 from scikit_build_core import build
 
 COMPILER = f"-DCMAKE_CXX_COMPILER={shutil.which('g++')}"
@@ -65,3 +67,10 @@ def test_a_full_disk_and_a_lost_network_are_the_last_line(said, last, root):
     done = subprocess.run(watched, capture_output=True, text=True)
     assert done.returncode == 3 and said in done.stdout
     assert done.stdout.splitlines()[-1].startswith(last)
+
+
+def test_what_is_pinned_runs_on_every_python_that_is_promised(root):
+    pinned = set(re.findall("^(.+)==", (root / "constraints.txt").read_text(encoding="utf-8"), re.M))
+    needs = {each.name: each.metadata["Requires-Python"] or "" for each in distributions() if each.name in pinned}
+    assert len(needs) > 20
+    assert [name for name, versions in needs.items() if not SpecifierSet(versions).contains("3.11.0")] == []
