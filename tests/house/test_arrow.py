@@ -88,7 +88,7 @@ def test_heavy_libraries_are_loaded_when_used():
 # each C++ header with what it may see: what stands before it in its row; laws/ is one place but for its list,
 # tips/ is one
 SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
-             "bevel", "returnable_slip", "relaxation", "memory", "rupture", "law", "laws", "laws/all", "dispatch",
+             "bevel", "returnable_slip", "noisy_depth", "relaxation", "memory", "rupture", "law", "laws", "laws/all", "dispatch",
              "model", "fingerprint", "state_bytes", "sample", "limits", "state", "layer", "model_swap", "insertion",
              "bending", "sliding", "solid", "exchange", "live", "guard_settings", "energy_controller",
              "guard", "flight_recorder"]  # fmt: skip
