@@ -162,9 +162,9 @@ class ShaftAndTip {
     const double force = layers_[state_.pierced - 1].cutting(speed);
     return begins_.limited() ? std::min(force, beginning_force()) : force;
   }
-  /// Of a cut that goes on from the contact with the next layer. Above others the contact is that of a needle
-  /// without a shaft in tissue, and may hold less than the solid would with its force; the base has paid for
-  /// it with the mean of the forces before and after the step.
+  /// Of a cut that continues from the contact with the next layer. Above others the contact is that of a
+  /// needle without a shaft in tissue, and may hold less than the solid would with its force; the base has
+  /// paid for it with the mean of the forces before and after the step.
   Beginning beginning(double gap, const BetweenNodes& at) const noexcept {
     const PathLayer& layer = layers_[state_.pierced];
     const double force = state_.tip_force, paid = layer.contact_energy(gap) - 0.5 * force * travel_;
@@ -238,8 +238,8 @@ class ShaftAndTip {
     return last.by != 0.0;
   }
 
-  /// What cutting has dissipated from where the tip was [J]: its force along the way in the tissue, which is
-  /// strained already, less what strains the tissue along the longer shaft.
+  /// What cutting has dissipated from where the tip was [J]: its force along what it went of the tissue,
+  /// which is strained already, less what strains the tissue along the longer shaft.
   double cut_from(double tip) const noexcept {
     const double way = state_.tip - tip;
     if (!(way > 0.0 && state_.tip_force > 0.0)) return 0.0;
