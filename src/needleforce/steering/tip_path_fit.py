@@ -84,9 +84,10 @@ class SteeringFit(SteeringResult):
 
     def remarks(self) -> list[str]:
         """What a reader should know of the intervals, and how well simple models predict."""
-        compared, weight = self.compared, self.model.predictor.weight
+        compared = self.compared
         if not compared:
             return super().remarks()
+        weight = self.model.predictor.weight
         best = min(SIMPLE, key=lambda by: compared[by])
         sizes = ", ".join(f"{by} {1e3 * error:.2f}" for by, error in compared.items())
         line = f"error of left-out insertions in mm: {sizes}; the mechanics have a weight of {weight:.0%}"
