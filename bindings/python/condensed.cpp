@@ -153,6 +153,11 @@ void bind_condensed(nb::module_& module) {
             return nb::make_tuple(self.surface_layer().puncture, self.surface_layer().puncture_force());
           },
           "indentation [m] and force [N] at which the contact law breaks through the surface")
+      .def_prop_ro("displaced_by_cutting", &CondensedInsertion::displaced_by_cutting,
+                   "by how much cutting displaces the tissue around the tip [m], half way down a layer")
+      .def_prop_ro(
+          "spacing", [](const CondensedInsertion& self) { return self.tissue().spacing; },
+          "of the nodes of the path [m]")
       .def_prop_ro(
           "surface_compliance", [](const CondensedInsertion& self) { return self.tissue().at(0, 0); },
           "displacement of the surface for a force at its node [m/N]")

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Condensed solids: against the full solution, the axial law, an independent minimisation, and energy."""
 
+import re
 import sys
 from dataclasses import replace
 from itertools import pairwise
@@ -348,14 +349,30 @@ def test_a_simulated_recording_in_a_solid_is_that_of_its_engine_and_identified()
 
 def test_a_contact_law_that_is_stiffer_than_the_solid_is_named():
     apart = np.abs(np.subtract.outer(np.arange(31), np.arange(31)))
-    soft, firm = (fe.CondensedTissue(1e-3, scale * np.exp(-0.25 * apart)) for scale in (3e-2, 1e-3))
+    soft, firm = (fe.CondensedTissue(1e-3, scale * np.exp(-0.25 * apart)) for scale in (2e-2, 1e-3))
     model = nf.preset("paper")
     depth, force = fe.CondensedInsertion(soft, model).puncture
     [sentence] = fe.CondensedInsertion(soft, model).warnings
-    assert f"{1e3 * 3e-2 * force:.3g} mm down where the tip is {1e3 * depth:.3g} mm deep" in sentence
+    assert f"{1e3 * 2e-2 * force:.3g} mm down where the tip is {1e3 * depth:.3g} mm deep" in sentence
     assert fe.CondensedInsertion(firm, model).warnings == ()
     recording = nf.simulate(model, nf.Motion.insert(start=-1e-3, speed=5e-3, depth=5e-3), tissue=soft)
     assert sentence in recording.card.assumptions
+
+
+def test_tissue_that_cutting_displaces_by_spacings_is_named_with_the_spacing_to_take(gel):
+    assert fe.CondensedInsertion(replace(gel, compliance=3.0 * gel.compliance), model(puncture=0.0)).warnings == ()
+    soft = replace(gel, compliance=5.0 * gel.compliance)  # 12 kPa
+    [sentence] = fe.CondensedInsertion(soft, model(puncture=0.0)).warnings
+    displaced = CUTTING * soft.compliance[20, 20]
+    assert f"by {1e3 * displaced:.3g} mm, {displaced / 1e-3:.2g} spacings" in sentence
+    said = re.search(r"by up to (\d+) %. Condense with a spacing of ([\d.]+) mm or more", sentence)
+    assert float(said[2]) == pytest.approx(500.0 * displaced, rel=1e-2)
+    depths, bare = [-1e-3, 5e-3, 10e-3, 20e-3, 19e-3, 15e-3, 25e-3], model(puncture=0.0)
+    fine, coarse = (
+        np.array([each.force for each in moved(fe.CondensedInsertion(soft, bare, max_speed=10.0), depths, step)])
+        for step in (5e-6, 0.5e-3)
+    )
+    assert np.abs(coarse - fine).max() < 0.01 * float(said[1]) * fine.max()
 
 
 def layered(thickness, cell):

@@ -101,6 +101,17 @@ class CondensedInsertion {
   bool accepted() const noexcept { return valid_; }
   const Limits& limits() const noexcept { return limits_; }
   std::size_t pierced_layers() const noexcept { return state_.pierced; }
+  /// By how much the force of slow cutting displaces the tissue around the tip, half way down the layer where
+  /// that is most [m].
+  double displaced_by_cutting() const noexcept {
+    double most = 0.0;
+    for (std::size_t i = 0; i < layers_.count(); ++i) {
+      const double end = i + 1 < layers_.count() ? layers_[i + 1].top : tissue_.length();
+      const auto middle = BetweenNodes::at(0.5 * (layers_[i].top + end), tissue_);
+      most = std::max(most, layers_[i].cutting(0.0) * middle.compliance(tissue_));
+    }
+    return most;
+  }
   /// Deepest travel that a step takes [m].
   double reach() const noexcept { return tissue_.length(); }
   /// A number that distinguishes tissues and models, with the lateral force of the bevel.

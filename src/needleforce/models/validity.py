@@ -16,6 +16,7 @@ from .laws import FAMILIES, laws_of
 
 SMALL_SLOPE_ANGLE = math.radians(60.0)
 FRICTION_LIMIT = 12e-3  # [m] source paper sec. 2.2: deeper, the needle does not stay straight
+MAX_SPACINGS = 2.0  # by which cutting displaces a solid: beyond, the tip moves in jerks (docs/evidence/solids.md)
 THIN_SHARE = 0.1  # of a specimen's thickness; at a larger indentation its bottom matters and it is not a half-space
 FRICTION_BY_LENGTH = ("coulomb", "relaxing_surface", "karnopp", "lugre")
 # the laws derived from mechanics of needle and tissue, and those without a force
@@ -41,16 +42,22 @@ def crossed_by_depth(model: Any, deepest: float) -> tuple[str, ...]:
 
 
 def contact_warnings(engine: core.CondensedInsertion) -> tuple[str, ...]:
-    """A sentence where the contact law presses the surface deeper than the tip is, if the solid bears its force."""
+    """A sentence where the contact law presses the surface deeper than the tip is, if the solid bears its force, and
+    one where cutting displaces the tissue by more than two spacings."""
     depth, force = engine.puncture
     pressed = force * engine.surface_compliance
-    if not pressed > depth:
-        return ()
-    return (
+    contact = (
         f"The contact law is stiffer than the solid: its force at the puncture, {force:.3g} N, would press the surface "
         f"{1e3 * pressed:.3g} mm down where the tip is {1e3 * depth:.3g} mm deep. Forces are the law's; displacements "
-        "before the puncture are too large by as much.",
+        "before the puncture are too large by as much."
     )
+    spacings = engine.displaced_by_cutting / engine.spacing
+    soft = (
+        f"Cutting displaces the tissue around the tip by {1e3 * engine.displaced_by_cutting:.3g} mm, {spacings:.2g} "
+        f"spacings of the path: forces depend on steps and spacing by up to {6 * spacings:.0f} %. Condense with a "
+        f"spacing of {500 * engine.displaced_by_cutting:.3g} mm or more."
+    )
+    return tuple(text for text, holds in ((contact, pressed > depth), (soft, spacings > MAX_SPACINGS)) if holds)
 
 
 def _slope(layer: Any, model: Any) -> str:
