@@ -69,10 +69,10 @@ def looped(**options):
     return motion
 
 
-def in_solid(noise=0.0):
+def in_solid(noise=0.0, known=0.0):
     def motion(seed):
-        insertion, words, rng = drawn_in_solid(seed)
-        return words, rigid(insertion, *drawn_depth(rng, 2 * STEPS, noise))
+        insertion, words, rng = drawn_in_solid(seed, known)
+        return words, rigid(insertion, *drawn_depth(rng, insertion, noise), at_most=noise > 0.0)
 
     return motion
 
@@ -89,7 +89,8 @@ KINDS = {
     "lateral force on the tip, loops": Kind(50, looped(tips=("tip force",))),
     "noise of 5 um": Kind(50, moved(NOISE)),
     "condensed solid": Kind(100, in_solid()),
-    "condensed solid, noise of 5 um": Kind(50, in_solid(NOISE)),
+    "condensed solid, noise of 5 um": Kind(25, in_solid(NOISE)),
+    "condensed solid, noise of 5 um that is stated": Kind(25, in_solid(NOISE, NOISE)),
 }
 
 

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Tip paths that were held out: trained on the open-loop insertions of a tissue and at most two steered ones, the other
-steered ones are predicted from the motion of their base and their entry. Next to a unicycle, a bicycle and a curve.
+steered ones are predicted from the motion of their base and their entry: by mechanics, by simple models, by both.
 
-    python benchmarks/steering.py [FILE] [--model yielding]
+    python benchmarks/steering.py [FILE] [--model yielding] [--full]
+
+Whole gels are left out of what is common to all: the simple model that joins the mechanics, and the width of the
+intervals, are those that the other gels show. Without --full, three choices of steered training insertions a tissue.
 """
 
 import argparse
+import dataclasses
 import itertools
 import math
 import re
@@ -17,6 +21,8 @@ from rich.console import Console
 from rich.table import Table
 
 import needleforce as nf
+from needleforce.steering import path_prediction
+from needleforce.steering.path_prediction import PathPredictor
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from recorded_data import RECORDINGS
@@ -38,16 +44,14 @@ def tissues(paths):
     return groups
 
 
-def error(predicted, path):
-    """Root mean square, largest and last lateral error [mm]."""
-    distance = 1e3 * np.linalg.norm(predicted[:, :2] - path.tip[:, :2], axis=1)
-    return math.sqrt(np.mean(distance**2)), distance.max(), distance[-1]
+def size(error):
+    """Root mean square lateral error [mm] of errors (n, 2) [m]."""
+    return 1e3 * math.sqrt(np.mean(np.sum(error**2, axis=1)))
 
 
-def covered(fit, path):
-    """Share of the readings in the 95 % interval of the prediction, with 0.2 mm of noise of a reading."""
-    off = np.abs(fit.predict(path) - path.tip)[:, :2]
-    return np.mean(off < 1.96 * np.hypot(fit.uncertainty(path), 0.2e-3)[:, None])
+def gel(tissue):
+    """The gel of a tissue, with and without skin."""
+    return tissue.split("_")[0]
 
 
 def entry(path):
@@ -58,77 +62,101 @@ def entry(path):
 
 
 def curve(training):
-    """Entry angle and curvature (2, 2) that fit the training insertions, against the slope at their entry."""
+    """Curvature (2,) that fits the training insertions, against the slope at their entry."""
     rows, sides = [], []
     for path in training:
         start, slope = entry(path)
-        s = path.depth
-        rows.append(np.column_stack([s, 0.5 * s**2]))
-        sides.append(path.tip[:, :2] - start - np.outer(s, slope))
-    return np.linalg.lstsq(np.vstack(rows), np.vstack(sides), rcond=None)[0]
+        rows.append(0.5 * path.depth**2)
+        sides.append(path.tip[:, :2] - start - np.outer(path.depth, slope))
+    return np.linalg.lstsq(np.concatenate(rows)[:, None], np.vstack(sides), rcond=None)[0][0]
 
 
-def predicted_curve(coefficients, path):
-    start, slope = entry(path)
-    s = path.depth
-    return start + np.outer(s, slope) + np.column_stack([s, 0.5 * s**2]) @ coefficients
+def unicycle(training, path):
+    """Tip across by the exact kinematics, with the curvature that fits the training insertions."""
+    curvature = curve(training)
+    car, (start, slope) = nf.steering.Unicycle(np.hypot(*curvature)), entry(path)
+    roll, tilt = math.atan2(*curvature[::-1]), tuple(np.arctan(slope))
+    tips = [car.step(float(s), tuple(start), roll=roll, tilt=tilt).tip for s in (0.0, *path.depth)]
+    return np.array(tips[1:])[:, :2]
 
 
-def kinematic(training, path, model):
-    """Unicycle or bicycle with the curvature that fits the training insertions; the second wheel of the bicycle leaves
-    its entry angle free, too."""
-    coefficients = curve(training)
-    if model == "unicycle":
-        coefficients = coefficients * [[0.0], [1.0]]
-    curvature = np.hypot(*coefficients[1])
-    roll = math.atan2(coefficients[1, 1], coefficients[1, 0])
-    start, slope = entry(path)
-    car = nf.steering.Unicycle(curvature)
-    tilt = np.arctan(slope + coefficients[0])
-    tips = [car.step(float(s), tuple(start), roll=roll, tilt=tuple(tilt)).tip for s in (0.0, *path.depth)]
-    return np.array(tips[1:])
+@dataclasses.dataclass
+class HeldOut:
+    """One insertion as it was predicted: errors by predictor (n, 2) [m], and what its prediction was made with."""
+
+    path: nf.steering.TipPath
+    errors: dict
+    predictor: PathPredictor
+
+    @classmethod
+    def predicted(cls, fit, training, path):
+        tips = {by: fit.predict(path, by=by)[:, :2] for by in ("unicycle", "bicycle", "regression", "mechanics")}
+        tips["unicycle, exact kinematics"] = unicycle(training, path)
+        for simple in ("bicycle", "regression"):
+            weight = fit.model.predictor.weight_with(simple)
+            tips[JOINED + simple] = weight * tips["mechanics"] + (1.0 - weight) * tips[simple]
+        return cls(path, {by: tip - path.tip[:, :2] for by, tip in tips.items()}, fit.model.predictor)
+
+    def ratio(self, by):
+        """Mean square of the errors over the expected one, before it is scaled."""
+        sd = self.predictor.uncertainty(self.path) / self.predictor.error_scale
+        return np.mean(self.errors[by] ** 2 / (sd**2 + path_prediction.POSITION_NOISE**2)[:, None])
+
+    def covered(self, by):
+        """Share of the readings in the 95 % interval, with 0.2 mm of noise of a reading."""
+        self.predictor.__dict__.pop("error_scale", None)
+        sd = np.hypot(self.predictor.uncertainty(self.path), path_prediction.POSITION_NOISE)
+        return np.mean(np.abs(self.errors[by]) < 1.96 * sd[:, None])
 
 
-def held_out(unsteered, steered, model, console):
-    """Name of a predictor -> rows of errors over all choices of the steered training insertions."""
-    rows, inside = {}, []
-    count = 2 if len(steered) > 2 else 1
-    for chosen in itertools.combinations(steered, count):
+JOINED = "mechanics and "
+COMBINED = ("mechanics", JOINED + "bicycle", JOINED + "regression")
+
+
+def held_out(unsteered, steered, model, full, console):
+    """Held-out insertions of a tissue over choices of the steered training insertions."""
+    choices = list(itertools.combinations(steered, 2 if len(steered) > 2 else 1))
+    found = []
+    for chosen in choices if full else choices[:: max(1, len(choices) // 3)][:3]:
         training = [*unsteered, *chosen]
         with console.status(f"{', '.join(path.name for path in chosen)} and {len(unsteered)} unsteered"):
             fit = nf.steering.identify(training, NEEDLE, model=model)
-        for path in steered:
-            if path in chosen:
-                continue
-            inside.append(covered(fit, path))
-            for name, predicted in (
-                (f"mechanics, {model}", fit.predict(path)),
-                ("unicycle", kinematic(training, path, "unicycle")),
-                ("bicycle", kinematic(training, path, "bicycle")),
-                ("entry angle and curvature", predicted_curve(curve(training), path)),
-            ):
-                rows.setdefault(name, []).append(error(predicted, path))
-    return rows, np.mean(inside)
+            found += [HeldOut.predicted(fit, training, path) for path in steered if path not in chosen]
+    return found
 
 
-def main(file, model):
-    console = Console(width=110)
-    table = Table(
-        "tissue",
-        "predictor",
-        "n",
-        "rms, median / worst",
-        "largest",
-        "last row",
-        title="held-out tips, lateral error in mm",
+def judged(tissue, found):
+    """Name of a predictor -> (errors, coverage or None) of a tissue; what the other gels alone decide is marked."""
+    others = [each for name, group in found.items() if gel(name) != gel(tissue) for each in group]
+    sizes = {by: [size(each.errors[by]) for each in found[tissue]] for by in found[tissue][0].errors}
+    chosen = min(COMBINED, key=lambda by: np.mean([size(each.errors[by]) for each in others]))
+    path_prediction.GELS = len({gel(name) for name in found if gel(name) != gel(tissue)})
+    rows = {}
+    for by, values in sizes.items():
+        coverage = None
+        if by in COMBINED:
+            path_prediction.GELS_RATIO = np.mean([each.ratio(by) for each in others])
+            coverage = [each.covered(by) for each in found[tissue]]
+        rows[by + " *" * (by == chosen)] = (values, coverage)
+    return rows
+
+
+def main(file, model, full):
+    console = Console(width=120)
+    table = Table("tissue", "predictor", "n", "rms, median / 90 % / worst", "in the 95 % interval, worst insertion")
+    groups = tissues(nf.steering.read(file))
+    found = {name: held_out(*group, model, full, console) for name, group in groups.items() if len(group[1]) > 1}
+    for gels in sorted({gel(name) for name in found}):
+        ratios = [each.ratio(JOINED + "regression") for name in found if gel(name) == gels for each in found[name]]
+        console.print(f"{gels}: mean square of the errors over the expected one {np.mean(ratios):.2f}")
+    for tissue in found:
+        for by, (sizes, coverage) in judged(tissue, found).items():
+            figures = f"{np.median(sizes):.2f} / {np.quantile(sizes, 0.9):.2f} / {max(sizes):.2f}"
+            inside = "" if coverage is None else f"{np.mean(coverage):.0%}, {min(coverage):.0%}"
+            table.add_row(tissue, by, str(len(sizes)), figures, inside)
+    table.title = (
+        "held-out tips, lateral error in mm; * best in the other gels, which also give the width of the intervals"
     )
-    for tissue, (unsteered, steered) in tissues(nf.steering.read(file)).items():
-        predictors, inside = held_out(unsteered, steered, model, console)
-        console.print(f"{tissue}: {100.0 * inside:.0f} % of the readings in the 95 % interval")
-        for name, rows in predictors.items():
-            values = np.array(rows)
-            cells = [f"{np.median(v):.2f} / {v.max():.2f}" for v in values.T]
-            table.add_row(tissue, name, str(len(values)), *cells)
     console.print(table)
 
 
@@ -136,5 +164,6 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("file", nargs="?", default=RECORDINGS / "needle-steering" / "stepwise_insertions.csv")
     parser.add_argument("--model", default="yielding")
+    parser.add_argument("--full", action="store_true")
     options = parser.parse_args()
-    main(options.file, options.model)
+    main(options.file, options.model, options.full)

@@ -270,26 +270,37 @@ def solid(rng, nodes=41, spacing=1e-3):
 
 
 def drawn_in_solid(seed, noise=0.0):
-    """A rigid needle in a condensed solid: (insertion, words, random numbers for its motion)."""
+    """A rigid needle in one or two layers of a condensed solid: (insertion, words, random numbers for its motion)."""
     rng = np.random.default_rng(seed)
     model = nf.preset(SLIDING[rng.integers(len(SLIDING))])
     laws = {part: scaled(getattr(model, part), rng) for part in ("stiffness", "friction", "cutting")}
     laws["puncture"] = nf.laws.PunctureDepth(depth=10.0 ** rng.uniform(-4.0, -2.4))
+    if rng.random() < 0.5:
+        laws["cutting"] = nf.laws.ConstantCutting(force=10.0 ** rng.uniform(-2.5, -0.3))
+    deeper = (nf.Layer(top=rng.uniform(5e-3, 15e-3), **laws),) if rng.random() < 0.3 else ()
+    if rng.random() < 0.5:
+        laws["stiffness"] = nf.laws.Cone(10.0 ** rng.uniform(3.5, 6.5), rng.uniform(0.1, 1.0))
     more = {"depth_noise": noise} if noise else {}
-    return fe.CondensedInsertion(solid(rng), replace(model, **laws), max_speed=math.inf, **more), model.name, rng
+    model = replace(model, **laws, deeper=deeper)
+    return fe.CondensedInsertion(solid(rng), model, max_speed=math.inf, **more), model.name, rng
 
 
-def rigid(insertion, depth, dt):
-    """The balance of a needle in a condensed solid."""
+def rigid(insertion, depth, dt, at_most=False):
+    """The balance of a needle in a condensed solid, by the trapezoidal rule; or with the larger force of each step, so
+    that a negative one is gained whatever the force did in between."""
     rows = insertion.run(depth, dt)
-    force = rows["force"]
-    steps = 0.5 * (force[1:] + force[:-1]) * np.diff(depth)
-    return balance(steps, inside=bool(np.all(rows["status"] == 0)))
+    travel, force = np.diff(depth), rows["force"]
+    ends = force[1:] * travel, force[:-1] * travel
+    return balance(np.maximum(*ends) if at_most else 0.5 * sum(ends), inside=bool(np.all(rows["status"] == 0)))
 
 
-def drawn_depth(rng, steps, noise=0.0):
-    """Turns of the depth from outside the tissue and back, about the surface or deep: (depth, dt)."""
+def drawn_depth(rng, insertion, noise=0.0):
+    """Turns of the depth from outside the tissue and back, about the surface or deep: (depth, dt). All steps are on one
+    grid, so that the trapezoidal rule returns all of what is elastic, and short to the puncture's depth."""
     deepest = 10.0 ** rng.uniform(-3.3, -1.5)
+    step = min(deepest / 300, insertion.puncture[0] / 200)
     turns = np.concatenate([[-1e-3], deepest * rng.uniform(-0.3, 1.0, rng.integers(1, 12)), [-2.0 * deepest - 3e-3]])
-    depth = along(np.column_stack([turns, np.zeros((len(turns), 5))]), steps).depth
+    turns = np.round(turns / step).astype(int)
+    legs = [np.arange(a, b, 1 if b > a else -1) for a, b in pairwise(turns)]
+    depth = step * np.concatenate([*legs, turns[-1:]]).astype(float)
     return depth + rng.uniform(-noise, noise, len(depth)) * (np.arange(len(depth)) > 0), np.full(len(depth), 1e-3)

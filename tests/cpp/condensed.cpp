@@ -4,6 +4,7 @@
 
 #include <limits>
 #include <random>
+#include <utility>
 
 #include "solid.hpp"
 
@@ -197,6 +198,67 @@ TEST(CondensedInsertion, ForcesAlongTheShaftAddUpAndEndAtTheTip) {
     EXPECT_NEAR(sum, sample.friction, 1e-12);
     EXPECT_DOUBLE_EQ(last, std::min(solid.state().tip, to));
     EXPECT_LE(densest, 20.0 * 1.6);  // friction per length, and in the last piece what is left of a node
+  }
+}
+
+TEST(CondensedInsertion, CutBeginsWithNoMoreForceAndEnergyThanItsContactHeld) {
+  // 100 N/m to 0.05 N hold 12.5 uJ; the solid around the tip, with less, is softer or stiffer, and cuts at
+  // 0.3 N
+  for (double scale : {1e-3, 3e-3, 1e-2, 3e-2, 0.1}) {
+    CondensedInsertion solid = insertion(scale, laws_of(20.0, 0.3, 0.05));
+    double at = -1e-3;
+    Sample sample = go(solid, at, 0.4999e-3);
+    while (!sample.punctured) sample = solid.step(at += 1e-7, no_velocity, 1e-3);
+    EXPECT_LE(sample.cutting, 0.05 * (1.0 + 1e-9)) << scale;
+    const double own = BetweenNodes::at(solid.state().tip, solid.tissue()).compliance(solid.tissue());
+    EXPECT_LE(0.5 * own * sample.cutting * sample.cutting, 12.5e-6 * (1.0 + 1e-3)) << scale;
+    EXPECT_NEAR(go(solid, at, 40e-3).cutting, scale < 3e-2 ? 0.3 : 0.1, scale < 3e-2 ? 1e-2 : 1.0) << scale;
+  }
+}
+
+/// Smallest and largest force of a minute's hold at 12 mm and 1 kHz, with normal noise of 5 um of the depth.
+std::pair<double, double> held(double scale, double known) {
+  CondensedInsertion solid = insertion(scale, laws_of(18.6, 0.08, 0.2, 20e-6), {.depth_noise = known});
+  std::mt19937_64 generator(11);
+  std::normal_distribution<double> normal;
+  const auto shown = [&](double at) { return at + 5e-6 * std::clamp(normal(generator), -6.0, 6.0); };
+  for (double at = -1e-3; at < 12e-3; at += 5e-6) solid.step(shown(at), no_velocity, 1e-3);
+  double least = endless, most = -endless;
+  for (int i = 0; i < 60000; ++i) {
+    const double force = solid.step(shown(12e-3), no_velocity, 1e-3).force;
+    least = std::min(least, force), most = std::max(most, force);
+  }
+  EXPECT_TRUE(known == 0.0 || solid.state().phase == Phase::hold);
+  return {least, most};
+}
+
+TEST(CondensedInsertion, HoldKeepsItsForceUnderNoise) {
+  constexpr double noise = 30e-6;  // six standard deviations
+  for (double scale : {3e-4, 3e-3, 3e-2}) {
+    CondensedInsertion still = insertion(scale, laws_of(18.6, 0.08, 0.2, 20e-6));
+    double at = -1e-3;
+    const double force = go(still, at, 12e-3).force;
+    const auto [least, most] = held(scale, noise);
+    EXPECT_NEAR(least, force, 18.6 * 2.0 * noise) << scale;
+    EXPECT_NEAR(most, force, 18.6 * 2.0 * noise) << scale;
+  }
+  EXPECT_LT(held(3e-4, 0.0).first, 0.25);
+}
+
+TEST(CondensedInsertion, ReversalIsFeltLaterByTheRangeOfTheNoise) {
+  for (double w : {0.0, 20e-6}) {
+    CondensedInsertion solid = insertion(3e-4, laws_of(18.6, 0.0, 0.2), {.depth_noise = w});
+    double at = -1e-3, felt = 0.0;
+    const double force = go(solid, at, 12e-3).force;
+    while (felt == 0.0) {
+      const Sample sample = solid.step(at -= 1e-6, no_velocity, 1e-3);
+      if (sample.force < force - 1e-4) felt = 12e-3 - at;
+    }
+    EXPECT_NEAR(felt, 2.0 * w, 3e-6) << w;
+    const double friction = go(solid, at, 5e-3).friction;
+    EXPECT_NEAR(friction, -18.6 * solid.state().tip, 0.01);
+    EXPECT_EQ(go(solid, at, -5e-3).phase, Phase::free);
+    EXPECT_EQ(solid.state().depth, -5e-3);  // the air knows no other depth
   }
 }
 

@@ -358,10 +358,16 @@ def test_a_contact_law_that_is_stiffer_than_the_solid_is_named():
     assert sentence in recording.card.assumptions
 
 
+def layered(thickness, cell):
+    parts = [("film", thickness), ("fat", 1.0)]
+    mesh = fe.axisymmetric_block(10e-3, 20e-3, cell, needle_depth=10e-3, layers=parts)
+    return fe.Tissue(mesh, {"film": fe.Elastic(80e3), "fat": fe.Elastic(20e3)}, symmetry="axisymmetric")
+
+
 def test_a_layer_that_is_thinner_than_the_needle_is_named():
-    mesh = fe.axisymmetric_block(10e-3, 20e-3, 0.2e-3, needle_depth=10e-3, layers=[("film", 0.6e-3), ("fat", 1.0)])
-    tissue = fe.Tissue(mesh, {"film": fe.Elastic(80e3), "fat": fe.Elastic(20e3)}, symmetry="axisymmetric")
+    tissue = layered(0.6e-3, 0.2e-3)
     tissue.condense(fe.NeedlePath(10e-3, 1e-3, 0.25e-3))
     message = r"layer 'film' is at 0 mm, 0.6 mm thick, is thinner than the needle, 0.7 mm"
     with pytest.raises(nf.InputError, match=message):
         tissue.condense(fe.NeedlePath(10e-3, 1e-3, 0.35e-3))
+    layered(0.7e-3, 0.35e-3).condense(fe.NeedlePath(10e-3, 1e-3, 0.35e-3))  # as thick as the needle

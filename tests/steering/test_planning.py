@@ -234,6 +234,7 @@ def test_the_tube_narrows_with_readings():
     path = TipPath("done", found.motion.lateral[:6], tips, np.gradient(tips[:, :2], depth, axis=0))
     again = found.replan(path)
     assert again.tube()[-1] < 0.5 * found.tube()[-1]
+    assert again.tube()[-1] > 2.4477 * 0.2e-3  # of one reading, which is where the point of entry is
     assert found.tube(0.95)[-1] == pytest.approx(2.4477 * found.sd[-1], rel=1e-4)  # Rayleigh's 95 % quantile
 
 

@@ -65,6 +65,11 @@ def test_prediction_needs_the_entry_alone():
     blind.slope[3:] = 7.0
     np.testing.assert_array_equal(fit.predict(blind)[:, :2], fit.predict(held)[:, :2])
     assert np.sqrt(np.mean((fit.predict(held) - held.tip)[:, :2] ** 2)) < 0.7e-3
+    # mechanics that are right are not given up
+    assert fit.compared["prediction"] < min(fit.compared[by] for by in ("unicycle", "bicycle"))
+    assert not any("take predict" in remark for remark in fit.remarks())
+    with pytest.raises(nf.InputError, match="regression"):
+        fit.predict(held, by="spline")
 
 
 def test_held_out_tips_are_within_the_stated_uncertainty():
@@ -224,3 +229,36 @@ def test_what_is_predicted_does_not_depend_on_how_the_tracker_is_turned():
         back = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
         np.testing.assert_allclose(there.tip @ back.T, here.tip, atol=2e-6)
         np.testing.assert_allclose(there.slope @ back.T, here.slope, atol=1e-4)
+
+
+def answering(name, base, rng, bend=(8.0, -5.0)):
+    """A tip that no needle mechanics make: its slope has a part of the base's displacement that grows with depth."""
+    depth = 5e-3 * np.arange(len(base))
+    slope = np.outer(depth, bend) / 10.0 + 40.0 * depth[:, None] ** 0.5 * base
+    steps = 0.5 * 5e-3 * (slope[1:] + slope[:-1])
+    across = np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]) + rng.normal(0.0, 0.1e-3, (len(base), 2))
+    slope = slope + rng.normal(0.0, 2e-3, slope.shape)
+    return TipPath(name, base, np.column_stack([across, depth]), slope)
+
+
+def lateral(predicted, path):
+    return np.sqrt(np.mean(np.sum((predicted - path.tip)[:, :2] ** 2, axis=1)))
+
+
+def test_where_the_mechanics_are_wrong_the_simple_model_is_advised_and_counts():
+    rng = np.random.default_rng(21)
+    bases = [*motions(rng, 14), *motions(rng, 14)[2:]]
+    paths = [answering(str(i), base, rng) for i, base in enumerate(bases)]
+    fit = identify(paths[:4], NEEDLE, model="linear")
+    assert fit.compared["regression"] < 0.5 * fit.compared["mechanics"]
+    assert "take predict(path, by='regression')" in fit.remarks()[-1]
+    sizes = {
+        by: np.median([lateral(fit.predict(path, by=by), path) for path in paths[4:]])
+        for by in ("prediction", "unicycle", "bicycle", "regression")
+    }
+    assert sizes["prediction"] < 1.05 * min(sizes.values())
+    inside = [
+        np.abs(fit.predict(path) - path.tip)[:, :2] < 1.96 * np.hypot(fit.uncertainty(path), 0.1e-3)[:, None]
+        for path in paths[4:]
+    ]
+    assert np.mean(inside) > 0.9

@@ -30,6 +30,7 @@ class CondensedInsertion {
         valid_(!fault(tissue, layers) && needleforce::valid(limits) && !first_invalid(bevel)) {
     if (!valid_) return;
     lateral_ratio_ = bevel.lateral_ratio();
+    noise_ = noise_of(limits.depth_noise);
     layers_ = PathLayers(layers, tissue);
     Fingerprint print;
     print.add(fingerprint(layers));
@@ -53,11 +54,18 @@ class CondensedInsertion {
   Sample step(double depth, double velocity, double dt) noexcept {
     const Status status = check(depth, velocity, dt);
     if (status != Status::ok) return refuse(status, dt);
-    const double travel = state_.started ? depth - state_.depth : 0.0, elapsed = state_.waited + dt;
-    if (velocity == no_velocity) velocity = travel / elapsed;
     if (!state_.started) begin(depth);
+    const double elapsed = state_.waited + dt, travel = depth - state_.noisy.shown;
     state_.waited = 0.0;
-    return accept(depth, travel, velocity);
+    const double before = state_.last.force, to = felt_at(depth, elapsed), felt = to - state_.depth;
+    const double speed = std::abs(velocity == no_velocity ? felt / elapsed : velocity);
+    const std::size_t pierced = state_.pierced;
+    const double dissipated = move(to, speed);
+    if (velocity == no_velocity)
+      velocity = std::clamp(travel / elapsed, -limits_.max_speed, limits_.max_speed);
+    const Sample sample = sampled(depth, felt, velocity, state_.pierced > pierced);
+    if (noise_.range > 0.0) state_.noisy.add(before, dissipated, sample.force, noise_);
+    return sample;
   }
 
   void reset() noexcept { state_ = CondensedState{}; }
@@ -130,7 +138,7 @@ class CondensedInsertion {
     if (!ordinary(depth, velocity, dt)) return refusal(depth, velocity, dt);
     if (depth > tissue_.length()) return Status::outside_range;
     const bool possible = state_.started
-                              ? consistent(limits_, depth - state_.depth, velocity, state_.waited + dt)
+                              ? consistent(limits_, depth - state_.noisy.shown, velocity, state_.waited + dt)
                               : velocity == no_velocity || std::abs(velocity) <= limits_.max_speed;
     return possible ? Status::ok : Status::outside_range;
   }
@@ -139,13 +147,13 @@ class CondensedInsertion {
     const bool waits = dt > 0.0 && std::isfinite(dt);
     if (waits) state_.waited += dt;
     const bool holding = valid_ && waits && state_.waited <= limits_.hold_time;
-    return refused(holding ? state_.last : Sample{}, state_.depth, status);
+    return refused(holding ? state_.last : Sample{}, state_.noisy.shown, status);
   }
 
   /// A first step below the puncture of a layer finds the needle there, in a path that it cut, without any
   /// force on the shaft.
   void begin(double depth) noexcept {
-    state_.depth = depth;
+    state_.depth = state_.noisy.exactly(depth);
     state_.started = true;
     const auto pierces = [depth](const PathLayer& layer) noexcept {
       return depth > layer.top + layer.puncture;
@@ -157,24 +165,32 @@ class CondensedInsertion {
     motion().know(state_.tip);
   }
 
-  /// In parts of at most half a spacing, so that bounds and tip follow; in the air at once.
-  Sample accept(double depth, double travel, double velocity) noexcept {
+  /// Where the needle is felt [m]. Above the tissue and before a puncture nothing slips.
+  double felt_at(double depth, double elapsed) noexcept {
+    if (noise_.range == 0.0 || state_.pierced == 0 || !in_tissue(state_)) return state_.noisy.exactly(depth);
+    return state_.noisy.felt(depth, state_.depth, state_.last.force, elapsed, noise_);
+  }
+
+  /// In parts of at most half a spacing, so that bounds and tip follow; in the air at once. Returns what is
+  /// dissipated [J].
+  double move(double depth, double speed) noexcept {
     ShaftAndTip moved = motion();
     if (!in_tissue(state_)) state_.depth = std::max(state_.depth, std::min(depth, 0.0));
-    const double before = state_.depth, way = depth - before, force_before = state_.last.force;
+    const double before = state_.depth, way = depth - before;
     // as many as twice the path has, also where tissue that is pulled up goes along for longer
     const auto parts =
         1 + static_cast<std::size_t>(std::min(std::abs(way) / (0.5 * tissue_.spacing), max_parts));
-    const std::size_t pierced = state_.pierced;
-    layers_.at_speed(std::abs(velocity));
+    layers_.at_speed(speed);
     moved.refresh();
+    double dissipated = 0.0;
     for (std::size_t k = 1; k < parts && (in_tissue(state_) || way > 0.0); ++k)
-      moved.move(before + way * static_cast<double>(k) / static_cast<double>(parts), std::abs(velocity));
-    moved.move(depth, std::abs(velocity));
-    return sampled(depth, travel, velocity, force_before, state_.pierced > pierced);
+      dissipated += moved.move(before + way * static_cast<double>(k) / static_cast<double>(parts), speed);
+    return dissipated + moved.move(depth, speed);
   }
 
-  Sample sampled(double depth, double travel, double velocity, double force_before, bool punctured) noexcept {
+  /// `travel` is that which is felt.
+  Sample sampled(double depth, double travel, double velocity, bool punctured) noexcept {
+    const double force_before = state_.last.force;
     Sample sample;
     sample.depth = depth;
     sample.velocity = velocity;
@@ -189,6 +205,7 @@ class CondensedInsertion {
     sample.exit = was_in && !in;
     state_.phase = sample.phase = !in                   ? Phase::free
                                   : state_.pierced == 0 ? Phase::deformation
+                                  : rests()             ? Phase::hold
                                   : travel > 0.0        ? Phase::insertion
                                   : travel < 0.0        ? Phase::extraction
                                                         : Phase::hold;
@@ -199,12 +216,15 @@ class CondensedInsertion {
     return sample;
   }
 
+  /// True if noise explains the travel since longer than a moving needle would stay within it.
+  bool rests() const noexcept { return noise_.range > 0.0 && state_.noisy.slip.still >= noise_.rest_time; }
   ShaftAndTip motion() noexcept { return {tissue_, layers_, state_}; }
 
   CondensedTissue tissue_{};
   PathLayers layers_{};
   CondensedState state_{};
   Limits limits_{};
+  DepthNoise noise_{};
   double lateral_ratio_ = 0.0;
   std::uint64_t model_ = 0;
   bool valid_ = false;

@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "../limits.hpp"
+#include "../noisy_depth.hpp"
 #include "../sample.hpp"
 #include "../state.hpp"
 #include "condensed_tissue.hpp"
@@ -17,7 +18,8 @@ namespace needleforce::solid {
 struct CondensedState {
   ShaftState shaft{};
   Sample last{};
-  double depth = 0.0;      ///< of the last accepted step [m]
+  NoisyDepth noisy{};
+  double depth = 0.0;      ///< of the last accepted step, as it is felt [m]
   double waited = 0.0;     ///< time since the last accepted step [s]
   double tip = 0.0;        ///< along the path, in the tissue as it was [m]
   double cut = 0.0;        ///< how far the path is cut [m]

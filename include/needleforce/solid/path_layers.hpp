@@ -50,6 +50,13 @@ class PathLayer {
     if (indentation <= 0.0) return 0.0;
     return indentation < linear_from ? slope_of_contact(indentation) : solid_stiffness;
   }
+  /// Energy of the contact [J].
+  double contact_energy(double indentation) const noexcept {
+    if (indentation <= 0.0) return 0.0;
+    const double within = std::min(indentation, linear_from), beyond = indentation - within;
+    const double energy = dispatch(contact_, [&](const auto& law) { return law.energy(within); });
+    return energy + beyond * (law_of_contact(within) + 0.5 * beyond * solid_stiffness);
+  }
   /// Force at which the tip breaks through [N].
   double puncture_force() const noexcept { return breaks_at; }
   /// Before the loop, of a layer below others: no stiffer than the solid, whose compliance [m/N] to a load at
@@ -166,6 +173,11 @@ class PathLayers {
     }
     for (std::size_t k = 0; k < nodes.size(); ++k)
       if (stiffness[k] > 0.0) nodes[k].compliance = std::min(1.0 / stiffness[k], max_presliding_compliance);
+  }
+  /// Energy per length that strains the tissue which a tip adds to a shaft that slides [N].
+  double straining(double tip) const noexcept {
+    const std::size_t i = at(tip);
+    return 0.5 * inwards_[i] * inwards_[i] / presliding_[i];
   }
   /// The layer at a distance along the path [m].
   std::size_t at(double distance) const noexcept {

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 #include <span>
 #include <utility>
 
@@ -39,6 +40,7 @@ class ShaftAndTip {
   static constexpr std::size_t leap_sweeps = 24;  ///< where that part is longer than a leap
   static constexpr double leap = 30e-6;           ///< [m]
   static constexpr std::size_t max_turns = 4;     ///< of balance and motion of the tip
+  static constexpr std::size_t begin_turns = 12;  ///< where a cut begins
   static constexpr double tolerance = 1e-9;       ///< change of a displacement that ends the sweeps [m]
 
   ShaftAndTip(const CondensedTissue& tissue, const PathLayers& layers, CondensedState& state) noexcept
@@ -67,30 +69,38 @@ class ShaftAndTip {
 
   /// Balance with the tip where it is in the tissue, then the tip moves on, in turns: the balance is a convex
   /// problem, and where the shaft sticks next to the tip, tissue follows the tip by more than it moves.
-  void move(double depth, double speed) noexcept {
+  /// Returns what the base has paid for sliding and cutting [J].
+  double move(double depth, double speed) noexcept {
     const ShaftState before = state_.shaft;
     const double travel = depth - state_.depth, tip = state_.tip, tip_force = state_.tip_force;
     TipMove last{};
     state_.depth = depth;
     know(state_.tip);
     expect(travel);
-    std::array<FrictionBounds, max_path_nodes> all;
-    const std::span<FrictionBounds> bounds(all.data(), tissue_.nodes);
-    const std::size_t allowed = std::abs(travel) > leap ? leap_sweeps : max_sweeps;
+    std::size_t allowed = std::abs(travel) > leap ? leap_sweeps : max_sweeps, turns = max_turns;
+    begins_ = {};
+    travel_ = std::abs(travel);
     std::size_t sweeps = 0;
     bool moved = false;
-    for (std::size_t turn = 0; turn < max_turns; ++turn) {
-      layers_.bounds(bounds, state_.tip);
+    for (std::size_t turn = 0; turn < turns; ++turn) {
+      const std::span<FrictionBounds> bounds = bound();
       do {
         const double change = balance_tip(depth, speed);
         if (std::max(change, sweep(state_.shaft, tissue_, bounds, depth, sweeps % 2 == 1)) < tolerance) break;
       } while (++sweeps < allowed);
+      if (overdrawn()) {
+        begins_.bare = true;
+        turn = sweeps = 0;
+        continue;
+      }
       moved = moved_tip(depth, speed, last);
+      if (begins_.limited()) allowed = leap_sweeps, turns = begin_turns;
       if (sweeps >= allowed || !moved) break;
     }
-    if (moved) clamp_forces(bounds, speed);
-    slide(state_.shaft, bounds, depth);
+    if (moved) clamp_forces(speed);
+    const double slid = slide(state_.shaft, bounds_, depth);
     remember(before, tip_force, travel, state_.tip == tip);
+    return begins_.limited() ? 0.0 : slid + cut_from(tip);  // what the contact left has moved the tip
   }
 
  private:
@@ -98,12 +108,30 @@ class ShaftAndTip {
   struct TipMove {
     double ahead = 0.0, by = 0.0;
   };
-  // by how much a motion of the tip along the path changes how far it has to go, in the secant
-  static constexpr double min_yield = 1.0, max_yield = 3.0;
+  /// What a cut that begins may hold until the end of its part of a step: no more force than the contact had,
+  /// and with the shaft no more energy.
+  struct Beginning {
+    double force = std::numeric_limits<double>::infinity(), energy = force;  // [N], [J]
+    bool bare = false;  // the first shaft begins without force
+    bool limited() const noexcept { return force < std::numeric_limits<double>::infinity(); }
+  };
+  // by how much a motion of the tip along the path changes how far it has to go, in the secant; above 1, as a
+  // tip that rounding puts too far has lost of its force
+  static constexpr double min_yield = 1.001, max_yield = 3.0;
+
+  /// Bounds of friction where the tip is.
+  std::span<FrictionBounds> bound() noexcept {
+    const std::span<FrictionBounds> bounds(bounds_.data(), tissue_.nodes);
+    if (begins_.bare)
+      std::ranges::fill(bounds, FrictionBounds{});
+    else
+      layers_.bounds(bounds, state_.tip);
+    return bounds;
+  }
 
   /// After the tip moved without a balance: no force beyond what shaft and tip can bear where they are now.
-  void clamp_forces(std::span<FrictionBounds> bounds, double speed) noexcept {
-    layers_.bounds(bounds, state_.tip);
+  void clamp_forces(double speed) noexcept {
+    const std::span<FrictionBounds> bounds = bound();
     for (std::size_t i = 0; i < state_.shaft.known; ++i) {
       const double force = std::clamp(state_.shaft.force[i], bounds[i].low, bounds[i].high);
       if (force == state_.shaft.force[i]) continue;
@@ -111,7 +139,7 @@ class ShaftAndTip {
       state_.shaft.force[i] = force;
     }
     const double contact = pressing() ? layers_[state_.pierced].puncture_force() : 0.0;
-    const double limit = state_.tip >= state_.cut ? std::max(contact, cutting(speed)) : 0.0;
+    const double limit = state_.tip >= state_.cut ? std::max(contact, cut_force(speed)) : 0.0;
     if (state_.tip_force <= limit) return;
     push(state_.shaft, tissue_, BetweenNodes::at(state_.tip, tissue_), limit - state_.tip_force);
     state_.tip_force = limit;
@@ -128,9 +156,41 @@ class ShaftAndTip {
     state_.tip_force += travel * state_.tip_by_travel;
   }
 
-  /// Of the layer that the tip is in, the last that is pierced [N].
-  double cutting(double speed) const noexcept {
-    return state_.pierced > 0 ? layers_[state_.pierced - 1].cutting(speed) : 0.0;
+  /// At which the tip cuts the layer that it is in, the last that is pierced, or begins to [N].
+  double cut_force(double speed) const noexcept {
+    if (state_.pierced == 0) return 0.0;
+    const double force = layers_[state_.pierced - 1].cutting(speed);
+    return begins_.limited() ? std::min(force, beginning_force()) : force;
+  }
+  /// Of a cut that continues from the contact with the next layer. Above others the contact is that of a
+  /// needle without a shaft in tissue, and may hold less than the solid would with its force; the base has
+  /// paid for it with the mean of the forces before and after the step.
+  Beginning beginning(double gap, const BetweenNodes& at) const noexcept {
+    const PathLayer& layer = layers_[state_.pierced];
+    const double force = state_.tip_force, paid = layer.contact_energy(gap) - 0.5 * force * travel_;
+    if (state_.pierced == 0) return {std::min(force, layer.puncture_force()), std::max(0.0, paid)};
+    const double own = std::max(paid, 0.5 * at.compliance(tissue_) * force * force);
+    return {force, strained() + force * by_shaft(at) + own};
+  }
+  /// With which shaft and tip hold the energy that the contact left [N].
+  double beginning_force() const noexcept {
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    const double own = at.compliance(tissue_), by = by_shaft(at);
+    const double left = begins_.energy - strained();
+    return std::clamp((std::sqrt(std::max(0.0, by * by + 2.0 * own * left)) - by) / own, 0.0, begins_.force);
+  }
+  /// True where the first shaft would begin with more than half of the energy that the contact left.
+  bool overdrawn() const noexcept {
+    return begins_.limited() && !begins_.bare && state_.pierced == 1 && 2.0 * strained() > begins_.energy;
+  }
+  /// Energy of the shaft's forces alone [J].
+  double strained() const noexcept {
+    double twice = -state_.tip_force * by_shaft(BetweenNodes::at(state_.tip, tissue_));
+    for (std::size_t i = 0; i < state_.shaft.known; ++i) {
+      const double force = state_.shaft.force[i];
+      twice += force * (state_.shaft.displacement[i] + bounds_[i].compliance * force);
+    }
+    return 0.5 * twice;
   }
   /// True where the tip presses on a layer that it has not broken through.
   bool pressing() const noexcept {
@@ -146,7 +206,7 @@ class ShaftAndTip {
     state_.on_contact = false;
     if (state_.tip >= state_.cut) {
       // on an interface the tissue above still bears the cutting force, until the contact is stronger
-      force = std::clamp(gap / own, 0.0, cutting(speed));
+      force = std::clamp(gap / own, 0.0, cut_force(speed));
       const double contact = pressing() ? layers_[state_.pierced].contact_force(gap) : 0.0;
       state_.on_contact = contact > force;
       force = std::max(force, contact);
@@ -163,6 +223,7 @@ class ShaftAndTip {
     const auto at = BetweenNodes::at(state_.tip, tissue_);
     const double gap = depth - state_.tip - by_shaft(at);
     if (state_.tip >= state_.cut && pressing() && breaks(gap)) {
+      begins_ = beginning(gap, at);
       ++state_.pierced;
       return true;
     }
@@ -177,6 +238,23 @@ class ShaftAndTip {
     return last.by != 0.0;
   }
 
+  /// What cutting has dissipated from where the tip was [J]: its force along what it went of the tissue,
+  /// which is strained already, less what strains the tissue along the longer shaft.
+  double cut_from(double tip) const noexcept {
+    const double way = state_.tip - tip;
+    if (!(way > 0.0 && state_.tip_force > 0.0)) return 0.0;
+    const auto at = BetweenNodes::at(state_.tip, tissue_);
+    const auto slope = [&](const auto& value) {
+      return (value(at.node + 1) - value(at.node)) / tissue_.spacing;
+    };
+    const double strain = slope([&](std::size_t i) {
+      return state_.shaft.displacement[i] - state_.tip_force * ((1.0 - at.share) * tissue_.at(i, at.node) +
+                                                                at.share * tissue_.at(i, at.node + 1));
+    });
+    const double own = slope([&](std::size_t i) { return tissue_.at(i, i); });
+    const double along = 1.0 + strain + 0.5 * state_.tip_force * own;
+    return way * (state_.tip_force * std::max(0.0, along) - layers_.straining(state_.tip));
+  }
   /// Moves the tip with its force.
   void place_tip(double to) noexcept {
     const double force = std::exchange(state_.tip_force, 0.0);
@@ -197,7 +275,7 @@ class ShaftAndTip {
   double to_go(double gap, const BetweenNodes& at, double speed) const noexcept {
     if (state_.tip < state_.cut || gap < 0.0) return gap;
     if (pressing()) return 0.0;
-    return std::max(0.0, gap - at.compliance(tissue_) * cutting(speed));
+    return std::max(0.0, gap - at.compliance(tissue_) * cut_force(speed));
   }
   /// The deepest cut, or where cutting comes to an interface that resists, or to the end of the path [m].
   double farthest_tip() const noexcept {
@@ -222,6 +300,9 @@ class ShaftAndTip {
   const CondensedTissue& tissue_;
   const PathLayers& layers_;
   CondensedState& state_;
+  Beginning begins_{};
+  double travel_ = 0.0;                                // of this part of a step [m]
+  std::array<FrictionBounds, max_path_nodes> bounds_;  // of the last turn
 };
 
 }  // namespace needleforce::solid

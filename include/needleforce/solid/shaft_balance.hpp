@@ -67,11 +67,16 @@ inline double sweep(ShaftState& shaft, const CondensedTissue& tissue, std::span<
   return change;
 }
 
-/// Nodes at a bound slide: their anchor follows. Wait-free.
-inline void slide(ShaftState& shaft, std::span<const FrictionBounds> bounds, double depth) noexcept {
+/// Nodes at a bound slide: their anchor follows. Returns what they dissipate [J]. Wait-free.
+inline double slide(ShaftState& shaft, std::span<const FrictionBounds> bounds, double depth) noexcept {
+  double dissipated = 0.0;
   for (std::size_t i = 0; i < shaft.known; ++i)
-    if (shaft.force[i] <= bounds[i].low || shaft.force[i] >= bounds[i].high)
-      shaft.anchor[i] = depth - shaft.displacement[i] - bounds[i].compliance * shaft.force[i];
+    if (shaft.force[i] <= bounds[i].low || shaft.force[i] >= bounds[i].high) {
+      const double to = depth - shaft.displacement[i] - bounds[i].compliance * shaft.force[i];
+      dissipated += shaft.force[i] * (to - shaft.anchor[i]);
+      shaft.anchor[i] = to;
+    }
+  return dissipated;
 }
 
 }  // namespace needleforce::solid

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tip of an insertion that was not in the fit, from its base's motion and its entry, with its uncertainty."""
+"""The tip of an insertion that was not in the fit, from its base's motion and its entry, with its uncertainty: by the
+mechanics and by a regression on the motion of the base, each with the weight that left-out insertions give it."""
 
 import math
 from collections.abc import Sequence
@@ -8,11 +9,22 @@ from functools import cached_property
 
 import numpy as np
 
+from ..checks import one_of
 from ..errors import InputError
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings, between
 from .path_simulation import SimulatedPath, Simulation
 from .steering_parameters import STEP, Parameter, deviations_of
 from .tip_paths import TipPath
+
+SIMPLE = ("unicycle", "bicycle", "regression")
+"""Predictors without mechanics, of one, two and four coefficients a direction, the last ones common to both."""
+_UNIT = 0.1  # [m] of depth, so that coefficients are about 1
+_RIDGE = 1e-5  # [m^2]; with errors of 1 mm, coefficients of 0.3 or more are hardly shrunk
+_CORRELATION = 0.4  # correlation of the errors of mechanics and regression in recorded insertions: 0.38, 0.42 and 0.45
+# mean square of the errors of held-out insertions over the expected one, the larger of two gels (2.3 and 1.9), and how
+# many gels have shown it, which leaves a new one that much doubt (docs/evidence/steering.md)
+GELS_RATIO = 2.3
+GELS = 2
 
 
 def readings_of(path: TipPath, rows: np.ndarray | None = None) -> PathReadings:
@@ -91,6 +103,61 @@ def expected_errors(
     return mean.reshape(2, n).T, np.sqrt(np.maximum(variance, 0.0)).reshape(2, n).T
 
 
+def _entry_line(path: TipPath) -> np.ndarray:
+    """The straight path from the entry, (n, 2) [m]: mean place and slope of at most two rows before the base moves."""
+    rows = path.entry[:2]
+    slope = np.zeros(2) if path.slope is None else path.slope[rows].mean(axis=0)
+    return path.tip[rows, :2].mean(axis=0) + np.outer(path.depth - path.depth[rows].mean(), slope)
+
+
+def _columns(by: str, path: TipPath) -> np.ndarray:
+    """What each coefficient adds to the straight path, x and then y (2 n, c): entry angle, curvature, and the response
+    to the base, at once and to where it was on the way, by powers of the depth."""
+    depth = np.maximum(path.depth, 0.0)[:, None] / _UNIT
+    columns = np.kron(np.eye(2), depth**2 if by == "unicycle" else np.hstack([depth, depth**2]))
+    if by != "regression":
+        return columns
+    moved = path.base - path.base[0]
+    parts = [moved]
+    for power in range(3):
+        slope = depth**power * moved
+        steps = 0.5 * np.diff(depth, axis=0) * (slope[1:] + slope[:-1])
+        parts.append(np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))
+    return np.column_stack([columns, *(_both(part) for part in parts)])
+
+
+def predicted_simply(by: str, training: Sequence[TipPath], path: TipPath) -> np.ndarray:
+    """Tip across (n, 2) [m] by one of ``SIMPLE``, whose coefficients fit the training insertions."""
+    columns = [_columns(by, each).reshape(2, len(each), -1)[:, each.compared] for each in training]
+    sides = [_both((each.tip[:, :2] - _entry_line(each))[each.compared]) for each in training]
+    rows = np.vstack([each.reshape(-1, each.shape[-1]) for each in columns])
+    gram = rows.T @ rows + _RIDGE * np.eye(rows.shape[1])
+    found = np.linalg.solve(gram, rows.T @ np.concatenate(sides))
+    return _entry_line(path) + (_columns(by, path) @ found).reshape(2, -1).T
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """One insertion as the others predict it: lateral errors by predictor (n, 2), expected size of those of the
+    mechanics (n, 2) [m]."""
+
+    errors: dict[str, np.ndarray]
+    sd: np.ndarray
+
+    def rms(self, by: str, weight: float = 1.0) -> float:
+        """Root mean square lateral error [m] of one predictor, or of a ``"prediction"`` with a weight."""
+        error = self.weighted(weight) if by == "prediction" else self.errors[by]
+        return float(np.sqrt(np.mean(np.sum(error**2, axis=1))))
+
+    def weighted(self, weight: float) -> np.ndarray:
+        """Errors of a prediction with a weight of the mechanics."""
+        return weight * self.errors["mechanics"] + (1.0 - weight) * self.errors["regression"]
+
+    def ratio(self, weight: float) -> float:
+        """Mean square of the errors of a prediction over the expected one."""
+        return float(np.mean(self.weighted(weight) ** 2 / (self.sd**2 + POSITION_NOISE**2)))
+
+
 @dataclass(frozen=True)
 class PathPredictor:
     """Predicts other insertions of the same tissue, from those of a fit; a needle whose parameters are given has
@@ -102,16 +169,27 @@ class PathPredictor:
     parameters: Sequence[Parameter] = ()  # with their priors
     covariance: np.ndarray | None = None  # (p, p) of the errors, in standard deviations of the priors
 
-    def tip(self, path: TipPath) -> np.ndarray:
-        """Position of the tip (n, 3) [m] for the motion of the base and the entry. Raises InputError if the needle
-        buckles on the way, or is too short for it."""
+    def tip(self, path: TipPath, by: str = "prediction") -> np.ndarray:
+        """Position of the tip (n, 3) [m] for the motion of the base and the entry: by the weighted ``"prediction"``,
+        the ``"mechanics"`` alone or one of ``SIMPLE``. Raises InputError if there is no such predictor, or if the
+        needle buckles on the way or is too short for it."""
+        one_of("by", by, ("prediction", "mechanics", *SIMPLE))
+        if by in SIMPLE:
+            across = predicted_simply(by, self.insertions, path)
+        else:
+            across, weight = self._by_mechanics(path), self.weight if by == "prediction" else 1.0
+            if weight < 1.0:
+                simple = predicted_simply("regression", self.insertions, path)
+                across = weight * across + (1.0 - weight) * simple
+        return np.column_stack([across, path.tip[:, 2]])
+
+    def _by_mechanics(self, path: TipPath) -> np.ndarray:
         simulated = self.simulate(self.values, path)
         if simulated.lost.any():
             depth = f"{1e3 * path.depth[int(np.argmax(simulated.lost))]:.1f} mm"
             limit = "the needle buckles or does not reach it"
             raise InputError(f"depth of {path.name}", depth, limit, next_step="Leave out the rows from there on.")
-        errors = self.expected_error(simulated, path, path.entry)
-        return np.column_stack([simulated.tip + _start(simulated, path) + errors, path.tip[:, 2]])
+        return simulated.tip + _start(simulated, path) + self.expected_error(simulated, path, path.entry)
 
     def expected_error(self, simulated: SimulatedPath, path: TipPath, read: np.ndarray) -> np.ndarray:
         """Expected difference between the tip of an insertion and the simulated one from the first row on, (n, 2) [m],
@@ -136,25 +214,46 @@ class PathPredictor:
         return float(np.sqrt(np.mean(np.sum((self.tip(path) - path.tip)[:, :2] ** 2, axis=1))))
 
     @cached_property
-    def left_out(self) -> dict[str, tuple[float, float]]:
-        """Insertion -> root mean square lateral error [m], and mean square over the expected one, of its prediction
-        from the other insertions and its entry; linear in the parameters."""
+    def left_out(self) -> dict[str, "LeftOut"]:
+        """Insertion -> what is predicted of it from the other insertions and its entry; the mechanics linear in the
+        parameters. Empty for one insertion."""
         return {path.name: self._left_out(k) for k, path in enumerate(self.insertions) if len(self.insertions) > 1}
+
+    @property
+    def judged(self) -> list["LeftOut"]:
+        """The left-out insertions that show how well another steered one is predicted: the steered ones, or all."""
+        steered = [self.left_out[path.name] for path in self.insertions if path.steered and self.left_out]
+        return steered or list(self.left_out.values())
+
+    @cached_property
+    def weight(self) -> float:
+        """Weight of the mechanics in a prediction; that of the regression is the rest."""
+        return self.weight_with("regression")
+
+    def weight_with(self, simple: str) -> float:
+        """Weight of the mechanics next to a simple model, from 0 to 1, for which errors of the sizes of those in the
+        left-out steered insertions (geometric mean) and of the usual correlation leave the least."""
+        if not any(path.steered for path in self.insertions) or not self.left_out:
+            return 1.0
+        ratio = math.exp(np.mean([math.log(each.rms(simple) / each.rms("mechanics")) for each in self.judged]))
+        return min(max((ratio**2 - _CORRELATION * ratio) / (1.0 + ratio**2 - 2.0 * _CORRELATION * ratio), 0.0), 1.0)
 
     @cached_property
     def error_scale(self) -> float:
-        """Factor by which errors of left-out insertions exceed the expected ones, at least 1; of the steered ones, if
-        there are several."""
-        steered = [path.name for path in self.insertions if path.steered]
-        names = steered if len(steered) > 1 else list(self.left_out)
-        return math.sqrt(max([1.0, *([np.mean([self.left_out[name][1] for name in names])] if names else [])]))
+        """Factor by which errors exceed the expected ones, so that 1.96 of them hold 95 %: from left-out insertions, as
+        many of the gels on which the laws were chosen, and Student's distribution for their small number."""
+        from scipy.stats import t
 
-    def _left_out(self, k: int) -> tuple[float, float]:
-        here, path = self._known[k], self.insertions[k]
+        ratios = [each.ratio(self.weight) for each in self.judged]
+        freedom = GELS + len(ratios)
+        return math.sqrt((GELS * GELS_RATIO + sum(ratios)) / freedom) * float(t.ppf(0.975, freedom)) / 1.96
+
+    def _left_out(self, k: int) -> "LeftOut":
+        here, path, others = self._known[k], self.insertions[k], self.insertions[:k] + self.insertions[k + 1 :]
         mean, sd = self._expected(self._known[:k] + self._known[k + 1 :], here, np.arange(path.entry_rows))
-        error = here.positions().residuals - mean
-        ratio = np.mean(error**2 / (sd**2 + POSITION_NOISE**2))
-        return float(np.sqrt(np.mean(np.sum(error**2, axis=1)))), float(ratio)
+        tip = path.tip[path.compared, :2]
+        errors = {by: predicted_simply(by, others, path)[path.compared] - tip for by in SIMPLE}
+        return LeftOut(errors | {"mechanics": mean - here.positions().residuals}, sd)
 
     def _expected(self, known: Sequence[Sensitive], here: Sensitive, read: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         # without insertions that state it again, what was identified is in the covariance

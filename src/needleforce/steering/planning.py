@@ -18,6 +18,7 @@ from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .base_motion import BaseMotion
 from .obstacles import Obstacle, distance_to
+from .path_errors import POSITION_NOISE
 from .plan_problem import PlanProblem, SteeringLimits
 from .plan_search import Search, best
 from .steered_run import simulate
@@ -71,10 +72,12 @@ class Plan(Result):
 
     @cached_property
     def sd(self) -> np.ndarray:
-        """Standard deviation of the tip in each lateral direction, (n,) [m]."""
+        """Standard deviation of the tip from the point of entry in each lateral direction, (n,) [m]."""
         path = self.problem.path(self.motion)
         read = path.compared_until(len(self.problem.executed))
-        return self.problem.model.predictor.uncertainty(path, read)
+        # the point of entry is where the first reading found it
+        entry = 0.0 if self.problem.readings is None else POSITION_NOISE
+        return np.hypot(self.problem.model.predictor.uncertainty(path, read), entry)
 
     @cached_property
     def shapes(self) -> tuple[np.ndarray, ...]:

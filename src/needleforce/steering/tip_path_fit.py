@@ -12,7 +12,7 @@ from .. import core
 from ..checks import one_of
 from ..errors import InputError
 from .path_errors import PathErrors
-from .path_prediction import readings_of, residuals_of
+from .path_prediction import SIMPLE, readings_of, residuals_of
 from .path_simulation import simulated_path
 from .result import SteeringResult
 from .steering_model import identified_model
@@ -32,20 +32,23 @@ class SteeringFit(SteeringResult):
     """A needle identified from tip paths; ``rms`` is the lateral error of each insertion's prediction from its entry
     [m], while it is in the fit."""
 
-    def predict(self, path: TipPath) -> np.ndarray:
+    def predict(self, path: TipPath, by: str = "prediction") -> np.ndarray:
         """The tip for the base's motion of an insertion, whose pose is taken from its rows before the base moves.
 
         Parameters
         ----------
         path : TipPath
             Its base and depth are used, and of its tip the ``entry_rows`` alone.
+        by : str
+            ``"prediction"``: the mechanics and a regression on the motion of the base, weighted by their errors in
+            left-out insertions; ``"mechanics"``, ``"regression"``, ``"bicycle"`` or ``"unicycle"`` alone.
 
         Returns
         -------
         ndarray, shape (n, 3)
             Position of the tip [m].
         """
-        return self.model.predictor.tip(path)
+        return self.model.predictor.tip(path, by)
 
     def uncertainty(self, path: TipPath) -> np.ndarray:
         """Standard deviation of ``predict`` in each lateral direction, (n,) [m]: of the parameters, the pose and what
@@ -68,7 +71,29 @@ class SteeringFit(SteeringResult):
     def left_out(self) -> dict[str, float]:
         """Insertion -> root mean square lateral error of its prediction when it is left out of the fit [m]; linear in
         the parameters. Empty for one insertion."""
-        return {name: error for name, (error, _) in self.model.predictor.left_out.items()}
+        predictor = self.model.predictor
+        return {name: each.rms("prediction", predictor.weight) for name, each in predictor.left_out.items()}
+
+    @property
+    def compared(self) -> dict[str, float]:
+        """Predictor -> lateral error of left-out insertions [m], the median of their root mean squares: of the steered
+        ones, or of all if none is. Empty for one insertion."""
+        predictor = self.model.predictor
+        names = ("prediction", "mechanics", *SIMPLE) if predictor.left_out else ()
+        return {by: float(np.median([each.rms(by, predictor.weight) for each in predictor.judged])) for by in names}
+
+    def remarks(self) -> list[str]:
+        """What a reader should know of the intervals, and how well simple models predict."""
+        compared = self.compared
+        if not compared:
+            return super().remarks()
+        weight = self.model.predictor.weight
+        best = min(SIMPLE, key=lambda by: compared[by])
+        sizes = ", ".join(f"{by} {1e3 * error:.2f}" for by, error in compared.items())
+        line = f"error of left-out insertions in mm: {sizes}; the mechanics have a weight of {weight:.0%}"
+        if compared[best] <= compared["prediction"]:
+            line += f". The {best} predicts them as well: take predict(path, by='{best}')"
+        return [*super().remarks(), line]
 
 
 def identify_paths(

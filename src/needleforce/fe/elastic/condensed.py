@@ -175,6 +175,8 @@ class CondensedInsertion(core.CondensedInsertion):
         Largest speed between two steps [m/s]; a faster step is refused.
     hold_time : float
         How long a refused step keeps the last force before it becomes 0 [s], 0 to 1.
+    depth_noise : float
+        As for ``Insertion``.
     bevel : core.Bevel, optional
         For the lateral force on the tip per cutting force.
 
@@ -191,11 +193,12 @@ class CondensedInsertion(core.CondensedInsertion):
         *,
         max_speed: float = 1.0,
         hold_time: float = 0.0,
+        depth_noise: float = 0.0,
         bevel: core.Bevel | None = None,
     ):
         instance_of("model", model, Model, "Give nf.preset(…) or nf.Model(…).")
         instance_of("tissue", tissue, CondensedTissue, "Give tissue.condense(path), or load_condensed(file).")
-        limits = core.Limits(max_speed=max_speed, hold_time=hold_time)
+        limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
         super().__init__(tissue.spacing, tissue.compliance, model.stack, limits, bevel or core.Bevel())
         self.model, self.tissue = model, tissue
 

@@ -178,8 +178,9 @@ def check_thickness(tissue: Body, path: NeedlePath) -> None:
     if len(np.unique(tissue.mesh.labels.astype(str))) == 1:
         return
     layers = layers_along(tissue, path)
+    resolution = float(path.nodes[1]) / _PER_SPACING
     for (label, top), (_, end) in pairwise(layers):
-        if end - top < 2.0 * path.radius:
+        if end - top + resolution < 2.0 * path.radius:
             limit = f"{1e3 * (end - top):.3g} mm thick, is thinner than the needle, {2e3 * path.radius:.3g} mm"
             step = "Give it the label of its neighbour, or use a thinner needle."
             raise InputError(f"layer {label!r}", f"at {1e3 * top:.3g} mm", limit, next_step=step)

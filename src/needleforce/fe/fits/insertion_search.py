@@ -30,8 +30,8 @@ _FOLLOWED, _FOLLOWED_ON = 4, 2  # of the starts to the end; of the ends along an
 _FIRST_STEPS, MAX_STEPS = 6, 60
 _BLOCKS = 20  # of successive means
 AS_GOOD = 3.84  # [long-run variances] more in the sum of squares: so much noise takes from the truth in 1 of 20
-_MISFIT = 1.5  # [of the noise] residual of a model that is wrong: noise alone leaves 0.9 to 1.1
-_APART = 8  # samples that have no noise in common
+_MISFIT = 1.5  # [of the noise] residual of a model that is wrong; of noise, AR(1) up to 0.8, in 2 of 1000 at most
+_APART = 8  # samples from one to the next that has no noise in common with it
 _PLACES = 40  # among which the largest residual is named
 _MAX_REFINED = 200_000  # unknowns of a solid that is refined in addition
 _STIFF_CONTACT = 1e6  # [N/m] of a tip that breaks through at once
@@ -314,7 +314,8 @@ def uncertainty(jacobian: np.ndarray, residual: np.ndarray) -> tuple[float, np.n
 def misfit(residual: np.ndarray, depth: np.ndarray) -> str:
     """What a fit leaves beyond the noise, and where along the depth (n,) [m]; nothing where noise explains it: white
     noise, or what a few samples share if that is more."""
-    noise = max(core.second_difference_noise(residual), core.second_difference_noise(residual[::_APART]))
+    shared = np.mean([core.second_difference_noise(residual[first::_APART]) for first in range(_APART)])
+    noise = max(core.second_difference_noise(residual), float(shared))
     rms = float(np.sqrt(np.mean(residual**2)))
     if rms <= _MISFIT * noise:
         return ""
