@@ -11,11 +11,14 @@ NAME = r"<mi>(?:sin|cos|tan|cot|exp|ln|arctan|arccos)</mi>"
 BEFORE = re.compile(rf"(</m(?:i|n|frac|sub|sup|sqrt)>|&#x00029;</mo>)(?={NAME})")
 AFTER = re.compile(rf"({NAME})(?=<m(?:i|n|frac|sub|sup|sqrt)>)")
 SPACE = r'\1<mspace width="0.167em" />'
+# a prime is raised by itself: as an exponent it is made small too, and a derivative of the fourth order cannot be read
+PRIME = re.compile(r"<msup>(<mi>[^<]+</mi>)<mi>(&#x020(?:32|33|34|57);)</mi></msup>")
+RAISED = r'<mrow>\1<mo lspace="0" rspace="0" stretchy="false">\2</mo></mrow>'
 
 
 def markup(latex: str, display: str) -> str:
     """MathML of a formula, ``inline`` or ``block``; an unknown command stops the build."""
-    text = convert(latex, display=display)
+    text = PRIME.sub(RAISED, convert(latex, display=display))
     if "\\" in text:
         raise ValueError(f"no MathML for the formula {latex}")
     return AFTER.sub(SPACE, BEFORE.sub(SPACE, text))

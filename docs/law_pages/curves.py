@@ -39,7 +39,8 @@ def puncture(figure, sheet, law) -> None:
     last = int(np.flatnonzero(done.parts["stiffness"] > 0.0)[-1])
     axes.plot(done.depth[last], done.force[last], "o", color=OTHER, ms=6)
     label = f"puncture at {done.depth[last]:.2f} mm, {done.force[last]:.3f} N"
-    axes.annotate(label, (done.depth[last], done.force[last]), (8, 4), textcoords="offset points", color=OTHER)
+    at = done.depth[last], done.force[last]
+    axes.annotate(label, at, (-8, 4), textcoords="offset points", color=OTHER, ha="right")  # the right is narrow
 
 
 def friction(figure, sheet, law) -> None:
