@@ -11,6 +11,7 @@ from typer.core import TyperGroup
 
 from .commands import bench_tests, inspect, steer
 from .commands.output import prepare_streams, say, typed
+from .errors import InputError, did_you_mean
 
 COMMANDS = ("demo", "inspect", "simulate", "identify", "campaign", "study", "compare", "indentation", "penetration",
             "convert", "export", "record", "rest", "rig", "laws", "presets")  # fmt: skip
@@ -34,6 +35,9 @@ class Commands(TyperGroup):
             return "", self.commands[first], args[1:]
         if first not in self.commands and (os.path.lexists(first) or os.path.basename(first) != first or "." in first):
             return "", self.commands[inspect.PLACE], args
+        if first not in self.commands and not first.startswith("-") and not ctx.resilient_parsing:
+            near = did_you_mean(repr(first), map(repr, [*self.commands, *os.listdir()]))
+            ctx.fail(f"No command, file or folder {first!r}. {near}".rstrip())
         return super().resolve_command(ctx, args)
 
 
@@ -64,8 +68,6 @@ def about(version: bool = typer.Option(False, "--version", help="Print the versi
 
 def main() -> None:
     """Run the command line; an InputError is printed as one line, without a traceback, and the command to paste."""
-    from .errors import InputError
-
     prepare_streams()
     try:
         try:

@@ -82,6 +82,8 @@ def test_a_missing_file_is_reported(folder):
     found = campaign([folder / "double_1.csv", folder / "double_9.csv"], pattern="{specimen}_{repeat}")
     gone = next(one for one in found.recordings if one.file == "double_9.csv")
     assert gone.status == "unreadable" and gone.why and found.conditions[0].model is not None
+    (alone,) = campaign([folder / "doubl"]).others
+    assert alone.why.startswith("doubl: file is missing") and "condition" not in alone.why
 
 
 def test_a_file_of_no_condition_is_identified_by_itself(done):

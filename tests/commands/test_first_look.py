@@ -65,8 +65,10 @@ def test_a_file_that_is_not_read_has_no_report(tmp_path, name, text, message):
 
 
 def test_what_is_neither_a_command_nor_a_file_is_wrong_usage(tmp_path):
-    done = run("identifi", cwd=tmp_path)
-    assert done.returncode == 2 and "Did you mean 'identify'" in done.stderr
+    (tmp_path / "gels").mkdir()
+    for wrong, right in (("identifi", "identify"), ("gel", "gels")):
+        done = run(wrong, cwd=tmp_path)
+        assert done.returncode == 2 and f"Did you mean '{right}'" in done.stderr
 
 
 @pytest.mark.parametrize("opens", [True, False])

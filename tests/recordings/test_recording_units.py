@@ -45,6 +45,12 @@ def test_no_plausible_unit_needs_a_choice(file):
         read(file(text({"time": TIME * 1e9, "pz": DEPTH, "fz": FORCE})))
 
 
+def test_newtons_that_are_assumed_are_stated_with_what_grams_would_be(file):
+    run = read(file(text({"time_s": TIME, "depth_m": DEPTH, "fz": FORCE * 10.0})))
+    assert any("in N: no unit is given; the largest value is 7.99 N, in g it would be 0.0784 N" in each
+               for each in run.card.assumptions)  # fmt: skip
+
+
 def test_a_force_too_large_for_newtons(file):
     rows = {"time_s": TIME, "depth_m": DEPTH, "fz": FORCE * 1e3}
     with pytest.raises(InputError, match=r"unit of force is unknown.*is 799.*in N, mN or g.*--unit force=mN"):

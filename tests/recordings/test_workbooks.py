@@ -83,6 +83,18 @@ def test_each_sheet_is_a_recording_and_others_are_none(saved):
     assert [run.card.part for run in runs] == ["Sheet", "Second"]
     for run in runs:
         same(run)
+        assert "not read, without columns of a recording: 'Settings'" in [note.message for note in run.notes]
+
+
+def test_a_sheet_whose_force_only_its_unit_shows_is_a_recording_too(saved):
+    def fill(book):
+        sheet_of(book.active)
+        sheet_of(book.create_sheet("Second"), headers=("t_s", "z_mm", "Fax_N"))
+
+    for run in read_all(saved(fill)):
+        same(run)
+    with pytest.raises(InputError, match="number of recordings is 2, the file has 'Sheet', 'Second'"):
+        read(saved(fill))
 
 
 @pytest.mark.parametrize("kind", ["datetime", "time", "timedelta"])

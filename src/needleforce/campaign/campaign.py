@@ -336,7 +336,9 @@ def _comparable(one: RecordingResult) -> bool:
 
 
 def _without_condition(one: RecordingResult, reason: str) -> RecordingResult:
-    return replace(_with(one, Anomaly(kind="no_condition", sentence=reason)), pooled=False)
+    """Pooled with none; the reason is of no use for a file that cannot be read."""
+    why = None if one.status == Status.unreadable else Anomaly(kind="no_condition", sentence=reason)
+    return replace(_with(one, why), pooled=False)
 
 
 def _with(one: RecordingResult, anomaly: Anomaly | None) -> RecordingResult:

@@ -101,6 +101,7 @@ def _is_recording(part: Part) -> bool:
         found = part.roles.chosen(MAIN)
     except InputError as error:
         return error.value == "ambiguous"
+    found |= part.roles.by_unit([quantity for quantity in MAIN if quantity not in found])
     return "force" in found and (len(found) > 1 or bool(part.roles.given) or stated_by(part.table).rate is not None)
 
 

@@ -20,7 +20,7 @@ from .formats.detect import ROS2_BAG, format_of, tables_of
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
 from .mappings import completed
 from .options import Keywords, Reading, ReadOptions, keywords_of
-from .parts import Part, asked, chosen_part, fitting_parts, parts_of
+from .parts import Part, asked, chosen_part, fitting_parts, listed, parts_of
 from .quantities import AXES
 from .recording import Note, Recording
 from .roles import of_main
@@ -211,7 +211,9 @@ class RecordingFile:
         first_row = self.options.first_row
         try:
             part = chosen if first_row is None else chosen.from_row(first_row)
-            return recording_from_table(part, self.options, assumed, self.tables)
+            used = {each.table.name for each in self.parts}
+            left = [table for table in self.tables if table.name not in used]
+            return recording_from_table(part, self.options, assumed, self.tables, left)
         except InputError as error:
             from .motion_source import OF_MOTION, motion_advice
 
@@ -251,8 +253,9 @@ def recording_from_table(
     options: ReadOptions,
     assumed: AssumedMotion = AssumedMotion(),  # noqa: B008
     tables: Sequence[Table] = (),
+    left: Sequence[Table] = (),
 ) -> tuple[Recording, np.ndarray]:
-    """Read one of the ``tables`` of a file, also the row of each sample."""
+    """Read one of the ``tables`` of a file, also the row of each sample; those ``left`` are no recordings."""
     table, units = part.table, options.units
     preamble = Preamble(table.comments, str(table.path))
     source = None
@@ -276,6 +279,8 @@ def recording_from_table(
         put_signs(main, options.inwards, units)
     if options.baseline:
         remove_bias(main, already_noted=any(note.kind == "baseline" for note in preamble.notes()))
+    if left and not source:
+        main.notes.append(Note("unused", f"not read, without columns of a recording: {listed(left)}", len(left)))
     main.notes += timing_notes(main.values["time"]) + glitch_notes(main.values["time"], main.values["force"])
     rows = main.values.pop("row")
     card = preamble.card(main.place, main.sha256, options.filter_length, main.assumptions)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..units import find
+from ..units import DIMENSIONS, find
 from .quantities import OTHER_WORDS, QUANTITIES, RECOGNISED, plain_name, split
 from .table import Table
 
@@ -125,9 +125,10 @@ class Roles:
 
     def _likely(self, absent: Sequence[str]) -> dict[str, int | str]:
         """The number, from 1, of a free column for each quantity: time never turns, a depth turns where the motion
-        does, a force with its noise too. ``NAME`` where there are too few."""
+        does, a force with its noise too, and none has a unit of another one. ``NAME`` where there are too few."""
         found: dict[str, int | str] = {q: each[0].index + 1 for q in absent if (each := self.candidates(q))}
-        used, turning = {column.index + 1 for column in self.columns.values()} | set(found.values()), {}
+        stated = {index + 1 for each in DIMENSIONS for index in _of_dimension(self.table, each, ())}
+        used, turning = {column.index + 1 for column in self.columns.values()} | stated, {}
         for number in set(range(1, 1 + len(self.table.headers))) - used:
             values = self.table.readable(number - 1)
             values = values[np.isfinite(values)]

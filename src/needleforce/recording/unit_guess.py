@@ -179,15 +179,16 @@ def _assume_forces(samples: Samples, units: dict[str, Unit]) -> list[str]:
     without_unit = [quantity for quantity in samples.values if quantity not in units]
     if not without_unit:
         return []
-    stated = "force" in units
-    units |= dict.fromkeys(without_unit, units["force"] if stated else _newtons(samples))
+    largest, reason = float(np.max(np.abs(samples.values["force"]))), "as the force"
+    if "force" not in units:
+        grams = parse("g", "force", "force").to_si(largest)
+        reason = f"no unit is given; the largest value is {largest:.3g} N, in g it would be {grams:.3g} N"
+    units |= dict.fromkeys(without_unit, units["force"] if "force" in units else _newtons(samples, largest))
     names = f"{', '.join(without_unit)} {'is' if len(without_unit) == 1 else 'are'}"
-    reason = "as the force" if stated else "no unit is given"
     return [f"{names} assumed to be in {units['force'].symbol}: {reason}"]
 
 
-def _newtons(samples: Samples) -> Unit:
-    largest = float(np.max(np.abs(samples.values["force"])))
+def _newtons(samples: Samples, largest: float) -> Unit:
     if largest > _MAX_FORCE_N:
         limit = f"{columns_of(samples.table)}; the largest value is {largest:g}, which may be in N, mN or g"
         step = "Give the unit of the force, for example --unit force=mN."
