@@ -140,8 +140,8 @@ def parse(text: str, dimension: str, quantity: str, place: str = "") -> Unit:
     found = find(text, dimension)
     if found is None:
         example = symbols(dimension)[0].replace(" ", "")
-        step = f"Give one of them, for example --unit {quantity}={example}, or what one of another unit or one count is, "
-        step += f"as a number before {example}."
+        step = f"Give one of them, for example --unit {quantity}={example}, or what one of another unit or one count is"
+        step += f", as a number before {example}."
         if other := next((each for each in DIMENSIONS if find(text, each)), ""):
             step = f"{text} is a unit of {other}: choose the column of the {quantity}, or give the right unit."
         limit = f"known are {', '.join(symbols(dimension))}"

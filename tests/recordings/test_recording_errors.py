@@ -45,7 +45,7 @@ def with_values(**values):
         (with_values(depth_m=0 * DEPTH + 2), r"depth \(column 'depth_m'\) is constant at 2, the needle must move"),
         (text({"time_s": TIME, "depth_m": DEPTH}), "no column holds the force.*'depth_m'.*--column force=NAME"),
         (text({"time_s": TIME, "stage [mm]": DEPTH}), "no column holds the force.*--column force=NAME"),
-        (with_values().replace("force_N", "force [kPa]"), "'kPa', known.*kPa is a unit of stress: choose the column of"),
+        (with_values().replace("force_N", "force [kPa]"), "'kPa', known.*kPa is a unit of stress: choose the column"),
         (text({"time_s": TIME, "fz": FORCE}), "no column holds the depth.*--column depth=NAME, or .*--motion FILE"),
         (with_values(fz=FORCE), "force is ambiguous, 'force_N' and 'fz' match.*--column force=force_N"),
         (with_values().replace("depth_m", "force_N", 1), "column 'force_N' is present 2 times, each used header must"),
