@@ -24,6 +24,7 @@ FAULTS = {
     "hold": lambda seed: runs.run(seed, hold=2.0),
     "outlier": lambda seed: runs.run(seed, puncture=4.5e-3),
     "label": lambda seed: runs.run(seed, factor=2.0),
+    "dies": runs.dying,
 }
 BAD = 4  # the faulty repeat
 UNREADABLE = {"empty": "", "text": "these are\nno numbers\n", "depthless": "time_s,force_N\n0,0\n0.1,1\n0.2,2\n"}

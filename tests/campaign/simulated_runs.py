@@ -66,6 +66,12 @@ def saturated(seed: int) -> nf.Recording:
     return changed(one, force=np.minimum(one.force, 0.15))
 
 
+def dying(seed: int) -> nf.Recording:
+    """Its last reading beyond the puncture is repeated up to the end."""
+    one = run(seed)
+    return changed(one, force=np.where(one.time < 2.0, one.force, one.force[np.searchsorted(one.time, 2.0)]))
+
+
 def dropped(seed: int) -> nf.Recording:
     one = run(seed)
     return changed(one, keep=(one.time < 2.0) | (one.time > 2.4))

@@ -11,6 +11,7 @@ from needleforce.campaign import campaign
 BAD = 4
 # specimen -> kind, words of the sentence, and whether the pooled fit leaves it out
 NAMED = {
+    "dies": ("dead", ("exactly 0.", "from 2 s on", "channel is dead"), True),
     "sign": ("sign", ("wrong sign", "during insertion", "--unit force=-N"), True),
     "pounds": ("force_unit", ("another unit", "4.448 times smaller", "lbf and N"), True),
     "millinewtons": ("force_unit", ("1000 times larger", "mN and N"), True),
@@ -105,6 +106,15 @@ def test_a_speed_that_its_label_contradicts(tmp_path):
     (condition,) = campaign(tmp_path, pattern="{specimen}_{speed_mm_s}").conditions
     (anomaly,) = condition.recordings[0].anomalies
     assert anomaly.kind == "label" and "speed_mm_s is 2 mm/s" in anomaly.sentence and "at 5 mm/s" in anomaly.sentence
+
+
+@pytest.mark.parametrize("free", [20e-3, 4e-3])
+def test_a_force_without_noise_and_its_return_to_the_baseline_are_no_dead_channel(tmp_path, free):
+    for depth in (14e-3, 15e-3):
+        made = nf.simulate(nf.preset("paper"), nf.Motion.insert(-free, 5e-3, depth, 1.0, True), 200.0)
+        nf.write(made, tmp_path / f"gel_{1e3 * depth:.0f}.csv")
+    (condition,) = campaign(tmp_path, pattern="{specimen}_{repeat}").conditions
+    assert not any(anomaly.kind == "dead" for one in condition.recordings for anomaly in one.anomalies)
 
 
 def test_saturation_beyond_the_puncture_is_kept(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce.identification import Estimate
 
 matplotlib.use("Agg")  # no screen
 from matplotlib import pyplot
@@ -29,6 +30,13 @@ def test_a_printed_fit_has_every_parameter_with_its_interval(fit):
         assert str(estimate.shown) in line and known in line.split()
     assert all(title in text for title in ("Warnings:", "Held fixed:", "Cannot be identified:"))
     assert len(repr(fit)) < 160 and "\n" not in repr(fit)
+
+
+@pytest.mark.parametrize("rounding", [0.0, 4.3e-19])
+def test_a_value_that_several_fits_hold_is_fixed(rounding):
+    ends = {"low": 3.3e-3, "high": 3.3e-3 + rounding, "systematic": (0.0, rounding)}
+    held = Estimate("saturation_depth", 3.3e-3, "m", **ends, identifiable=False)
+    assert held.known == "fixed" and held.systematic_share == "" and str(held.shown) == "3.3\N{NO-BREAK SPACE}mm"
 
 
 def test_parameters_are_attributes_too(fit):

@@ -10,6 +10,7 @@ from ..display.quantities import percent
 from ..identification.estimates import Estimate
 from ..recording import Recording
 from ..segmentation import Events, segment
+from ..segmentation.doubtful import dead, dies
 from ..segmentation.segment import RUPTURE_TRAVEL_M
 from .recording_result import INVALIDATING, Anomaly, RecordingSummary, formatted, summarise
 from .repeat_checks import Repeat, repeat_anomalies
@@ -45,12 +46,25 @@ MIN_OVERLAP_SHARE = 0.8  # of the longer of two curves, which the shorter one mu
 def recording_anomalies(
     recording: Recording, events: Events, summary: RecordingSummary, fields: Mapping[str, str]
 ) -> Iterator[Anomaly]:
-    """The anomalies of one recording; none for a valid recording."""
+    """The anomalies of one recording; none for a valid recording. One whose channel is dead shows nothing else."""
+    if sentence := _dead(recording, summary):
+        yield Anomaly(
+            kind="dead", quantity="peak_force", value=summary.peak, unit="N", sentence=sentence, left_out=True
+        )
+        return
     yield from _sign(recording, summary)
     yield from _saturated(events, summary)
     yield from _dropped(summary)
     yield from _drift(summary)
     yield from _speed_label(summary, fields)
+
+
+def _dead(recording: Recording, summary: RecordingSummary) -> str:
+    """A sentence if the force is constant, or so from a sample on that is no return to the baseline: without noise, a
+    force is constant after the exit."""
+    held = float(np.ptp(recording.force[int(np.argmax(recording.depth)) :])) == 0.0 or _drifts(summary)
+    stuck = dies(recording.time, recording.depth, recording.force) if held else ""
+    return dead(recording.force) or (f"T{stuck[1:]} Check the sensor and its cable." if stuck else "")
 
 
 def _sign(recording: Recording, summary: RecordingSummary) -> Iterator[Anomaly]:
@@ -94,18 +108,16 @@ def _dropped(summary: RecordingSummary) -> Iterator[Anomaly]:
         sentence = f"Samples were dropped: the longest gap is {formatted(summary.gap, 's')}, the median step "
         sentence += f"{summary.step:.3g} s, and {percent(summary.lost)} of the samples are missing"
         sentence += f"; a puncture within the {formatted(travel, 'm')} of such a gap is not detected" if hidden else ""
-        yield Anomaly(
-            kind="dropped",
-            quantity="longest_gap",
-            value=summary.gap,
-            usual=summary.step,
-            unit="s",
-            sentence=sentence + ".",
-        )
+        known = {"value": summary.gap, "usual": summary.step, "unit": "s"}
+        yield Anomaly(kind="dropped", quantity="longest_gap", sentence=f"{sentence}.", **known)
+
+
+def _drifts(summary: RecordingSummary) -> bool:
+    return abs(summary.drift) > max(DRIFT_SIGMA * summary.noise, DRIFT_PEAK_SHARE * summary.peak)
 
 
 def _drift(summary: RecordingSummary) -> Iterator[Anomaly]:
-    if abs(summary.drift) > max(DRIFT_SIGMA * summary.noise, DRIFT_PEAK_SHARE * summary.peak):
+    if _drifts(summary):
         sentence = f"The baseline drifts: it is {formatted(summary.before, 'N')} before the contact and "
         sentence += f"{formatted(summary.after, 'N')} after the exit, with a maximum force of "
         sentence += f"{formatted(summary.peak, 'N')}. Let the sensor warm up, or zero it before each run."

@@ -14,7 +14,7 @@ from ..segmentation import Events
 from ..segmentation.strokes import Cycle, cycles
 from ..vocabulary import Status
 
-INVALIDATING = ("sign", "force_unit", "depth_unit", "saturated")
+INVALIDATING = ("dead", "sign", "force_unit", "depth_unit", "saturated")
 """Kinds of anomalies that invalidate the values of a recording."""
 _DISPLAY_UNITS = {
     "m": (1e3, "mm"),
@@ -137,7 +137,7 @@ class RecordingResult:
     def why(self) -> str:
         """Its anomalies in sentences and, if it has no parameters, the reason."""
         sentences = [each.sentence for each in self.anomalies]
-        explained = self.has_parameters or any(each.kind == "no_puncture" for each in self.anomalies)
+        explained = self.has_parameters or any(each.kind in ("dead", "no_puncture") for each in self.anomalies)
         return " ".join(sentences if explained else [*sentences, *self.notes])
 
 

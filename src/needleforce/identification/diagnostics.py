@@ -29,6 +29,7 @@ from .repeats import differing_repeats
 from .settings import FitSettings
 from .statistics.noise import SIGNIFICANT, Noise
 
+NO_MODULUS = "Modulus and Poisson ratio of the tissue: the law {} has no modulus. Give --model paper, or cone_cylinder."
 NO_MODEL = "No model can be made of the identified values: {}"
 MAX_LATERAL_RATIO = 0.1  # [of the axial force] beyond, the paper's neglect of lateral forces is not justified
 MAX_RESIDUAL = 0.05  # [of the peak force] beyond, the misfit is in every number
@@ -192,9 +193,12 @@ def held_fixed(given: FitInputs, law: str, parameters: dict[str, Estimate]) -> t
     return tuple(held)
 
 
-def bevel_note(needle: Needle | None, parameters: dict[str, Estimate]) -> tuple[str, ...]:
-    """A sentence with the modulus by each reading of a bevel as a cone, which recordings cannot tell apart."""
+def modulus_note(needle: Needle | None, law: str, parameters: dict[str, Estimate]) -> tuple[str, ...]:
+    """A sentence that the law has no modulus though the tip is given; or with the modulus by each reading of a bevel as
+    a cone, which recordings cannot tell apart."""
     modulus, tip = parameters.get("reduced_modulus"), None if needle is None else needle.tip
+    if tip is not None and parameters and not FITS[law].gives_modulus:
+        return (NO_MODULUS.format(law),)
     if modulus is None or "equivalence" not in getattr(tip, "parts", ()):
         return ()
     slopes = {word: math.tan(equivalent_half_angle(tip.replace(equivalence=word))) for word in core.tips.equivalences}
@@ -210,10 +214,7 @@ def unknown(given: FitInputs, law: str, two_pass: bool) -> tuple[str, ...]:
         "is known."
     ]
     if not FITS[law].gives_modulus:
-        sentences = [
-            f"Moduli and Poisson ratio of the tissue: the law {law} has no modulus. Use the model paper or "
-            "cone_cylinder for one."
-        ]
+        sentences = [NO_MODULUS.format(law)]
     elif given.needle is None:
         sentences.append(
             "Reduced modulus: only its product with the tangent of the tip's half angle is identified. Give the needle "

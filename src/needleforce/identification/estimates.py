@@ -4,7 +4,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, asdict, dataclass, replace
 from itertools import combinations
-from math import isfinite, isnan, nan, sqrt
+from math import isclose, isfinite, isnan, nan, sqrt
 from typing import Any
 
 import numpy as np
@@ -75,7 +75,7 @@ class Estimate:
     @property
     def systematic_share(self) -> str:
         """How much of the interval is systematic, in a word: ``most``, ``part`` (a tenth or more), or none."""
-        share = sum(self.systematic) / (self.high - self.low) if self.high > self.low else 0.0
+        share = 0.0 if isclose(self.low, self.high) else sum(self.systematic) / (self.high - self.low)
         return "most" if share > 0.5 else "part" if share >= MIN_SHOWN_SHARE else ""
 
     def __str__(self) -> str:
@@ -91,7 +91,7 @@ class Estimate:
     @property
     def known(self) -> str:
         """``identifiable`` in a word: ``yes``, ``no``, or ``fixed`` for a value that was held and has no interval."""
-        held = self.low == self.high and isfinite(self.value)
+        held = isclose(self.low, self.high) and isfinite(self.value)  # several fits that hold one value round it
         return "yes" if self.identifiable else "fixed" if held else "no"
 
     @property

@@ -14,9 +14,9 @@ from ..recording.source import RecordingSource
 from .diagnostics import (
     NO_MODEL,
     FitInputs,
-    bevel_note,
     held_fixed,
     misfit_warning,
+    modulus_note,
     not_narrowed,
     pooled_quality,
     recording_fit,
@@ -338,13 +338,13 @@ def assemble(given: FitInputs, singles: list[SegmentedRecording], seconds: list,
         recording_fit(_with_puncture_note(s, law), own.get(s, {}), law, given.needle, refused.get(s, ""))
         for s in singles
     )
-    residual, bevel = pooled_quality(fits), bevel_note(given.needle, parameters)
+    residual, modulus = pooled_quality(fits), modulus_note(given.needle, law, parameters)
     return Fit(
         recordings=fits,
         parameters=parameters,
         identified_model=model,
         quality=residual,
-        warnings=(*misfit_warning(residual), *warnings_of(singles, model, law), *trouble, *bevel),
+        warnings=(*misfit_warning(residual), *warnings_of(singles, model, law), *trouble, *modulus),
         held_fixed=held_fixed(given, law, parameters),
         unknown=unknown(given, law, two_pass is not None) + not_narrowed(parameters, fits) + identified_together(fits),
         choice=choice,

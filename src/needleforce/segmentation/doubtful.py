@@ -64,10 +64,10 @@ def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, quantum: 
             )
             return f"{small}. For an indentation use needleforce indentation."
         return "The depth never increases: the needle does not move inwards."
-    if dead := _dead(force):
-        return dead
-    if dead := _dies(time, depth, force):
-        return f"No contact is detected: {dead}"
+    if constant := dead(force):
+        return constant
+    if stuck := dies(time, depth, force):
+        return f"No contact is detected: {stuck}"
     found = glitches(force)
     if len(found):
         return f"No contact is detected because of a glitch: {spikes(time, force, found)}. Remove such samples."
@@ -75,7 +75,7 @@ def no_contact(time: np.ndarray, depth: np.ndarray, force: np.ndarray, quantum: 
     return cause or "The force never exceeds the noise of its baseline: there is no contact."
 
 
-def _dead(force: np.ndarray) -> str:
+def dead(force: np.ndarray) -> str:
     """A sentence if almost all of the (n,) force has one value."""
     usual = float(np.median(force))
     share = float(np.mean(force == usual))
@@ -88,7 +88,7 @@ def _dead(force: np.ndarray) -> str:
     )
 
 
-def _dies(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
+def dies(time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> str:
     """A clause if the (n,) force has its last value from a sample on, beyond which half of the depth is travelled."""
     changes = np.flatnonzero(np.diff(force))
     last = int(changes[-1]) + 1 if len(changes) else len(force)
@@ -247,8 +247,8 @@ def _changed_zero(
 ) -> tuple[str, np.ndarray | float]:
     """Why the zero has ``moved``, and the step (n,) of the zero if it is one. Where the recording begins in contact,
     the two levels differ by the friction too."""
-    if dead := _dies(time, depth, force):
-        return dead, 0.0
+    if stuck := dies(time, depth, force):
+        return stuck, 0.0
     at = _step_by(force, moved, max(chosen.noise, float(core.second_difference_noise(force))))
     lowest = float(depth.max()) - SAME_DEPTH_SHARE * float(np.ptp(depth))
     falls = at < chosen.cycle.stop or depth[at] > lowest  # in the insertion, or where the needle reverses
