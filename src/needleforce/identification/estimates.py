@@ -105,6 +105,11 @@ class Estimate:
         """What is to be read before ``shown`` in a table without a column of ``known``; empty for ``yes``."""
         return {"yes": "", "no": "not identified: ", "fixed": "fixed: "}[self.known]
 
+    @property
+    def scatter(self) -> str:
+        """``between_repeats_sd`` in the unit of the value as shown; empty with fewer than two repeats."""
+        return self.spread(self.between_repeats_sd)
+
     def spread(self, sd: float | None) -> str:
         """A standard deviation [``unit``] in the unit of the value as shown; empty for None."""
         if sd is None:
@@ -149,7 +154,7 @@ class Parameters(Printed, dict[str, Estimate]):
                 each.name,
                 str(each.shown),
                 each.systematic_share,
-                each.spread(each.between_repeats_sd),
+                each.scatter,
                 each.known,
                 "" if shared else each.source,
             )
