@@ -68,12 +68,14 @@ def test_plan_ends_at_its_target_when_it_is_simulated(folder):
     assert document["miss_m"] < 1e-4 and document["faults"] == [] and len(document["steps"]) == 15
     given = ["--model", folder / "gel.toml", "--motion", folder / "plan.csv", "--axial", "paper"]
     done = run("simulate", *given, "-o", folder / "run.csv", "--report", folder / "run.html")
-    assert done.exit_code == 0, done.output
+    assert done.exit_code == 0 and "axial force" in done.output, done.output
     with open(folder / "run.csv", encoding="utf-8", newline="") as text:
         rows = list(csv.DictReader(text))
     # the axial force and a finer path move the tip by some tenths of a millimetre
     np.testing.assert_allclose([float(rows[-1][f"tip_{axis}_mm"]) for axis in "xyz"], [2.0, -1.0, 70.0], atol=0.3)
     assert float(rows[-1]["force_N"]) > 0.5 and rows[-1]["status"] == "ok"
+    done = run("simulate", *given[:4], "-o", folder / "run.csv")
+    assert "steps, tip at" in done.output and "axial force" not in done.output  # tip paths do not show one
 
 
 def test_plan_with_measured_tips_begins_where_they_end(folder):

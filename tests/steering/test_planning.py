@@ -279,3 +279,13 @@ def test_a_base_may_move_across_without_travel():
     aside = BaseMotion(np.array([0.0, 0.02, 0.02]), np.array([[0.0, 0.0], [0.0, 0.0], [4e-3, 0.0]]), np.zeros(3))
     run = nf.steering.simulate(needle(max_speed=1.0), aside)
     assert not run.lost.any() and run.wrench[-1, 0] != run.wrench[-2, 0]
+
+
+def test_an_axial_force_that_is_not_known_is_left_out():
+    down = BaseMotion(np.array([0.0, 0.02]), np.zeros((2, 2)), np.zeros(2))
+    without = nf.steering.simulate(needle(max_speed=1.0), down)
+    assert "axial force" not in str(without) and "force_N" not in str(without)
+    assert without.to_dataframe()["force_N"].eq(0.0).all()  # the table that is written keeps its columns
+    flex = nf.FlexibleInsertion(nf.preset("paper"), NEEDLE, lateral=2e4, guide_distance=0.03, max_speed=math.inf)
+    known = nf.steering.simulate(flex, down)
+    assert f"an axial force of {known.force[-1]:.3f} N" in str(known) and "force_N" in str(known)

@@ -73,9 +73,8 @@ def simulate(given: SteerSimulateFlags) -> None:
     if run.lost.any():
         say("warning: the needle buckles, or a step is impossible; see the column status")
     x, y, z = 1e3 * run.tip[-1]
-    show(
-        f"{given.output}: {len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm, axial force {run.force[-1]:.3f} N"
-    )
+    force = f", axial force {run.force[-1]:.3f} N" * bool(run.force.any())  # without laws of it, none is known
+    show(f"{given.output}: {len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm{force}")
 
 
 class SteerIdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):

@@ -82,10 +82,11 @@ class SteeredRun(Result):
     def _heading(self) -> str:
         end = ", ".join(f"{1e3 * value:.2f}" for value in self.tip[-1])
         lost = " Some steps are invalid: the needle buckles, or a step is impossible." * bool(self.lost.any())
-        return f"The tip ends at ({end}) mm, with an axial force of {self.force[-1]:.3f} N.{lost}"
+        force = f", with an axial force of {self.force[-1]:.3f} N" * bool(self.force.any())
+        return f"The tip ends at ({end}) mm{force}.{lost}"
 
     def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
-        shown = [name for name in COLUMNS if name not in ("fz_N", "tz_Nmm")]
+        shown = [name for name in COLUMNS if name not in ("fz_N", "tz_Nmm") and (name != "force_N" or self.force.any())]
         rows = [
             [f"{row[name]:.3f}" if isinstance(row[name], float) else row[name] for name in shown] for row in self.rows()
         ]
