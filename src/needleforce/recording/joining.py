@@ -138,14 +138,10 @@ def _speed_without_sign(velocity: np.ndarray, force: np.ndarray | None) -> list[
 def _start_depth(given: float | None, preamble: Preamble, place: str) -> float:
     start = given if given is not None else preamble.number("start_depth_m")
     if start is None:
-        raise InputError(
-            "depth at the first sample",
-            "unknown",
-            "a velocity determines only changes of depth",
-            place,
-            "Give it, for example --start-depth-mm 0 to count from there, or add a line such as '# start_depth_m: "
-            "-0.005' above the header.",
-        )
+        limit = "a velocity determines only changes of depth"
+        step = "Give it, for example --start-depth-mm 0 to count from there, or add a line such as "
+        step += "'# start_depth_m: -0.005' above the header."
+        raise InputError("depth at the first sample", "unknown", limit, place, step)
     return float(start)
 
 

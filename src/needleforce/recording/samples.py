@@ -134,14 +134,10 @@ def _present(samples: Samples, quantities: list[str], cut_off: bool) -> np.ndarr
 def _check_third_stream(samples: Samples, known: np.ndarray, cut_off: bool) -> None:
     rows = np.flatnonzero(~known[: len(known) - cut_off])
     if len(rows) > MAX_MISSING_SHARE * len(known):
-        raise InputError(
-            "rows with neither force nor motion",
-            len(rows),
-            f"of {len(known)} rows, at most 1 % may have neither; the others belong to two streams",
-            samples.place(int(rows[0])),
-            "Remove the rows of the third stream, or save each stream in its own file and give the motion file with "
-            "--motion.",
-        )
+        limit = f"of {len(known)} rows, at most 1 % may have neither; the others belong to two streams"
+        step = "Remove the rows of the third stream, or save each stream in its own file and give the motion file with "
+        step += "--motion."
+        raise InputError("rows with neither force nor motion", len(rows), limit, samples.place(int(rows[0])), step)
     if len(rows):
         first = samples.place(int(rows[0]))
         message = f"{len(rows)} rows have neither force nor motion and are left out; the first is {first}"
@@ -210,13 +206,8 @@ def check_count(samples: Samples) -> None:
     """Raise InputError for fewer than two samples."""
     count = len(next(iter(samples.values.values())))
     if count < 2:
-        raise InputError(
-            "number of samples",
-            count,
-            "at least 2 are needed",
-            str(samples.table.path),
-            "Check that the recording is complete, that its columns hold values, and that its time increases.",
-        )
+        step = "Check that the recording is complete, that its columns hold values, and that its time increases."
+        raise InputError("number of samples", count, "at least 2 are needed", str(samples.table.path), step)
 
 
 def timing_notes(time: np.ndarray) -> list[Note]:
@@ -255,13 +246,9 @@ def _check_not_decreasing(samples: Samples, steps: np.ndarray) -> None:
     if len(decreases):
         row = int(decreases[0]) + 1
         before, after = samples.values["time"][row - 1], samples.values["time"][row]
-        raise InputError(
-            "time",
-            f"{after:.10g} after {before:.10g}",
-            "it must not decrease",
-            samples.place(row),
-            f"It decreases {len(decreases)} times. Sort the lines, or save each run in its own file.",
-        )
+        value = f"{after:.10g} after {before:.10g}"
+        step = f"It decreases {len(decreases)} times. Sort the lines, or save each run in its own file."
+        raise InputError("time", value, "it must not decrease", samples.place(row), step)
 
 
 def _merge(samples: Samples, steps: np.ndarray) -> None:

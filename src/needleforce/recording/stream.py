@@ -195,13 +195,8 @@ def _leave_out_torques(chosen: dict[str, Column], units: Mapping[str, str]) -> l
 
 def constant_depth(quantity: str, value: float, place: str) -> InputError:
     """The error for a needle that does not move."""
-    return InputError(
-        quantity,
-        f"constant at {value:g}",
-        "the needle must move",
-        place,
-        "Check which column is the depth, and name it with --column depth=NAME.",
-    )
+    step = "Check which column is the depth, and name it with --column depth=NAME."
+    return InputError(quantity, f"constant at {value:g}", "the needle must move", place, step)
 
 
 def _required(
@@ -261,10 +256,6 @@ def _check_magnitudes(samples: Samples) -> None:
 def _check_finer_than_clock(time: np.ndarray, samples: Samples) -> None:
     """Check that time stamps remain distinct in seconds: a division can make neighbours of 1e15 µs equal."""
     if not (np.diff(time) > _MIN_STEP_S).all():
-        raise InputError(
-            "time",
-            "too large for its steps",
-            f"consecutive times differ by less than {_MIN_STEP_S:g} s",
-            str(samples.table.path),
-            "Subtract the time of the first sample before saving.",
-        )
+        limit = f"consecutive times differ by less than {_MIN_STEP_S:g} s"
+        step = "Subtract the time of the first sample before saving."
+        raise InputError("time", "too large for its steps", limit, str(samples.table.path), step)

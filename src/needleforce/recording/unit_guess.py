@@ -165,13 +165,9 @@ def _unknown_unit(samples: Samples, unknown: list[str], found: list[dict[str, Un
     step = f", the median step of time is {np.median(np.diff(samples.values['time'])):g}" if "time" in unknown else ""
     limit = f"{columns_of(samples.table)}{step}; plausible: {candidates}"
     example = found[0] if found else next(_choices(unknown))
-    return InputError(
-        f"unit of {' and '.join(unknown)}",
-        "unknown",
-        limit,
-        str(samples.table.path),
-        f"Give the unit of your recording, for example {' '.join(f'--unit {q}={example[q].symbol}' for q in unknown)}.",
-    )
+    given = " ".join(f"--unit {q}={example[q].symbol}" for q in unknown)
+    step = f"Give the unit of your recording, for example {given}."
+    return InputError(f"unit of {' and '.join(unknown)}", "unknown", limit, str(samples.table.path), step)
 
 
 def _assume_forces(samples: Samples, units: dict[str, Unit]) -> list[str]:
