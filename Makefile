@@ -107,7 +107,7 @@ PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n auto --dist loa
 test-python: setup .venv/.test-packages
 	@$(PYTHON_TESTS)
 
-test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 7 for a third day
+test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
 	@$(PYTHON_TESTS) --long --share $(SHARE)
 
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
@@ -144,9 +144,9 @@ proof-sanitized: proof-tools
 proof-sanitizers: proof-sanitized
 	@$(WATCHED) "C++ tests with sanitizers" --keep "tests passed" -- $(SANITIZED_TESTS) --exclude-regex "$(REPEATED)|step_needs_only_arithmetic"
 
-proof-long: proof-sanitized  ## the long walks with sanitizers; SHARE=3 of 7 for a third day
+proof-long: proof-sanitized  ## the long walks with sanitizers; SHARE=3 of 14 for a third day
 	@$(WATCHED) "long walks with sanitizers" --keep "tests passed" -- $(SANITIZED_TESTS) --tests-regex "$(REPEATED)" \
-	  $$([ $(SHARE) = 0 ] || echo "--tests-information $(SHARE),,7")
+	  $$([ $(SHARE) = 0 ] || echo "--tests-information $(SHARE),,14")
 
 proof-threads: proof-tools
 	@$(WATCHED) "threads" --show -- tests/proof/threads.sh $(THREAD_TESTS)

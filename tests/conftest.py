@@ -21,7 +21,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 ROOT = Path(__file__).resolve().parents[1]
 
 
-SHARES = 7
+SHARES = 14
 # each has a fixture that takes long to make: a campaign, an installed package, a plugin
 ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators"))
 
@@ -38,7 +38,7 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    """``--long`` runs what has the fixture ``many`` or the marker ``long``. Every seventh test is in one share: the
+    """``--long`` runs what has the fixture ``many`` or the marker ``long``. Every fourteenth test is in one share: the
     cases of one test, which take equally long, are on different days. Tests that share what repeats are together."""
     long, share = config.getoption("--long"), config.getoption("--share")
 
