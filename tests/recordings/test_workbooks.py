@@ -84,6 +84,8 @@ def test_each_sheet_is_a_recording_and_others_are_none(saved):
     for run in runs:
         same(run)
         assert "not read, without columns of a recording: 'Settings'" in [note.message for note in run.notes]
+    with pytest.raises(InputError, match=r"no column holds the time.*the columns are 'Layer', 'Angle'"):
+        read(path, part="Settings")
 
 
 def test_a_sheet_whose_force_only_its_unit_shows_is_a_recording_too(saved):

@@ -75,14 +75,11 @@ def overlap(time: np.ndarray, motion: np.ndarray, place: str) -> slice:
     if last - first < 2:
         later = time[0] - motion[0]
         order = "later" if later > 0.0 else "earlier"
-        raise InputError(
-            "times of the motion",
-            f"{motion[0]:.10g} to {motion[-1]:.10g} s",
-            f"the force runs from {time[0]:.10g} to {time[-1]:.10g} s and begins {abs(later):.10g} s {order}",
-            place,
-            f"Give --motion-shift-s {time[0] - motion[0]:.3f} if both began together (it is added to the times of the "
-            "motion), or check the units of time.",
-        )
+        value = f"{motion[0]:.10g} to {motion[-1]:.10g} s"
+        limit = f"the force runs from {time[0]:.10g} to {time[-1]:.10g} s and begins {abs(later):.10g} s {order}"
+        step = f"Give --motion-shift-s {later:.3f} if both began together (it is added to the times of the motion), or "
+        step += "check the units of time."
+        raise InputError("times of the motion", value, limit, place, step)
     return slice(int(first), int(last))
 
 

@@ -199,21 +199,30 @@ class RecordingFile:
 
             recording = read_recording(self.path, options, assumed)
             return recording, cycle_spans(recording)
-        chosen, first_row = chosen_part(self.parts, wanted, self.path), options.first_row
+        chosen, first_row = self.named(wanted), options.first_row
         recording, rows = self._read_part(chosen, assumed)
         if chosen.name:
             recording = replace(recording, card=replace(recording.card, part=chosen.name))
         skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)
         return recording, spans_of_rows(chosen.cycles, rows + skipped) or cycle_spans(recording)
 
+    @property
+    def _left(self) -> list[Table]:
+        """The tables in which no recording was found."""
+        used = {each.table.name for each in self.parts}
+        return [table for table in self.tables if table.name not in used]
+
+    def named(self, wanted: str | int | None) -> Part:
+        """As ``chosen_part``, also of a table in which no recording was found: its own error tells what it lacks."""
+        left = [table for table in self._left if table.name.casefold() == str(wanted).strip().casefold()]
+        return chosen_part(parts_of(left, of_main(self.options.columns)) or self.parts, wanted, self.path)
+
     def _read_part(self, chosen: Part, assumed: AssumedMotion) -> tuple[Recording, np.ndarray]:
         """The recording of a part of the file, and the row of each sample; an error names the part."""
         first_row = self.options.first_row
         try:
             part = chosen if first_row is None else chosen.from_row(first_row)
-            used = {each.table.name for each in self.parts}
-            left = [table for table in self.tables if table.name not in used]
-            return recording_from_table(part, self.options, assumed, self.tables, left)
+            return recording_from_table(part, self.options, assumed, self.tables, self._left)
         except InputError as error:
             from .motion_source import OF_MOTION, motion_advice
 
@@ -317,9 +326,9 @@ def _look(path: Path, given: ReadOptions) -> "Look":
         tables, parts = opened.tables, opened.parts
         names = [part.name for part in parts]
         wanted, cycle = _one_of(*asked(options.part, names), names, str(path))
-        shown = chosen_part(parts, wanted, path) if parts and wanted is not None else next(iter(parts), None)
+        shown = opened.named(wanted) if parts and wanted is not None else next(iter(parts), None)
         named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
-        recording, cycles = opened.read(named or (parts.index(shown) + 1 if len(parts) > 1 else wanted))
+        recording, cycles = opened.read(named or (1 if wanted is None and len(parts) > 1 else wanted))
     except InputError as error:
         problem = str(error)
         shown = shown or (parts[0] if parts else None)
