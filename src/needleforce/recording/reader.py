@@ -213,7 +213,7 @@ class RecordingFile:
         return [table for table in self.tables if table.name not in used]
 
     def named(self, wanted: str | int | None) -> Part:
-        """As ``chosen_part``, also of a table in which no recording was found: its own error tells what it lacks."""
+        """As ``chosen_part``, also of a table in which no recording was found: its own error states what it lacks."""
         left = [table for table in self._left if table.name.casefold() == str(wanted).strip().casefold()]
         return chosen_part(parts_of(left, of_main(self.options.columns)) or self.parts, wanted, self.path)
 
