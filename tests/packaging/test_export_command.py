@@ -39,15 +39,15 @@ def test_a_fit_and_the_preset_it_saves_export_the_same_numbers(fit, tmp_path):
 def test_the_command_prints_or_writes_the_header(tmp_path):
     code, text, _ = export("paper", "--name", "gel", "--language", "c")
     assert code == 0 and text == header(nf.preset("paper"), "c", "gel")
-    code, printed, told = export("paper", "-o", tmp_path / "gel.hpp")
-    assert (code, printed) == (0, "") and "paper" in told
+    code, printed, warned = export("paper", "-o", tmp_path / "gel.hpp")
+    assert (code, printed) == (0, "") and "paper" in warned
     assert (tmp_path / "gel.hpp").read_text() == header(nf.preset("paper"), "c++", "paper")
 
 
 def test_the_warnings_of_a_fit_are_told_beside_its_header(fit, tmp_path):
     (tmp_path / "fit.json").write_text(fit.to_json())
-    code, text, told = export(tmp_path / "fit.json")
-    assert code == 0 and fit.warnings[0] in told and "Warning: " in text
+    code, text, warned = export(tmp_path / "fit.json")
+    assert code == 0 and fit.warnings[0] in warned and "Warning: " in text
 
 
 OLD = {"recordings": [], "parameters": [], "model": "paper"}
@@ -71,8 +71,8 @@ def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_
     monkeypatch.setattr(sys, "argv", ["needleforce", "export", str(path)])
     with pytest.raises(SystemExit) as stopped:
         main()
-    told = capsys.readouterr().err
-    assert stopped.value.code == 2 and words in told and "fit.json" in told
+    warned = capsys.readouterr().err
+    assert stopped.value.code == 2 and words in warned and "fit.json" in warned
 
 
 @pytest.mark.parametrize(
@@ -87,8 +87,8 @@ def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_
     ],
 )
 def test_wrong_usage_is_told_in_one_line(arguments, words):
-    code, text, told = export(*arguments)
-    assert (code, text) == (2, "") and words in told and told.count("\n") == 1
+    code, text, warned = export(*arguments)
+    assert (code, text) == (2, "") and words in warned and warned.count("\n") == 1
 
 
 def test_a_number_lost_in_the_json_is_told_with_its_place(fit, tmp_path):
