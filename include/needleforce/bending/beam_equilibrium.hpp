@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The needle at rest between its base, its path and its tip: EI y'''' + N y'' + p(y - Y) = q.
+// The needle at rest between its base, its path and its tip: EI y'''' + (N y')' + p(y - Y) = q.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 
 #include "beam_foundation.hpp"
 #include "equilibrium_search.hpp"
+#include "shortening.hpp"
 
 namespace needleforce::bending {
 
@@ -33,11 +34,14 @@ class BeamEquilibrium {
     // the newest piece of the path stays within one element
     mesh_.place(properties.sections, properties.elements, std::max(2.0 * path.spacing, 2e-4),
                 load.free_length, load.embedded);
+    if (load.embedded > 0.0 && !path.empty()) trace(path);
+    for (std::size_t i = 0; i < mesh_.surface(); ++i) columns_[i] = column(i, properties, load);
     properties.linear() ? solve_once(outcome, properties, path, load)
                         : iterate(outcome, properties, path, load);
     if (!outcome.stable) return outcome;
-    react();
-    if (load.rub != 0.0) press(properties, path);
+    react(properties, load);
+    shorten();
+    if (load.rubs) press(properties, path);
     return outcome;
   }
 
@@ -46,7 +50,10 @@ class BeamEquilibrium {
   /// and z.
   const Place& force() const noexcept { return force_; }
   const Place& moment() const noexcept { return moment_; }
-  /// Integral of the lateral pressure's magnitude along the shaft [N], of the last solution with `rub`.
+  /// What the needle loses of energy per length that it gains at its base [N].
+  double pull() const noexcept { return pull_; }
+  const Shortening& shortening() const noexcept { return shortening_; }
+  /// Integral of the lateral pressure's magnitude along the shaft [N], of the last solution with `rubs`.
   double pressing() const noexcept { return pressing_; }
 
  private:
@@ -79,33 +86,56 @@ class BeamEquilibrium {
     outcome.converged = change <= close * properties.tolerance;
   }
 
+  /// The path at the nodes, without its newest piece, which is not yet where it stays.
+  void trace(const Path& path) noexcept {
+    for (BeamNode<dimension>& node : mesh_.nodes().subspan(mesh_.surface())) {
+      const double travel = std::min(node.travel, path.last_node());
+      node.path = path.at(travel);
+      node.along = path.direction(travel);
+    }
+  }
+
   void assemble(Equations& equations, const BeamProperties& properties, const Path& path, const Load& load,
                 bool cautious) noexcept {
     equations.clear(mesh_.count());
     add_free_part(equations, properties, load);
     add_embedded_part(equations, properties, path, load, cautious);
-    const std::size_t last = mesh_.count() - 1;
-    equations.diagonal[last].yr += load.axial.tip() / mesh_.h();  // the force at the tip follows the tangent
-    equations.diagonal[last].yy += load.contact;
-    for (std::size_t d = 0; d < dimension; ++d)
-      equations.value[last].y[d] += load.tip_force[d] + load.contact * load.contact_place[d];
+    add_tip(equations, load);
     add_surface(equations, properties, path, load);
     base_ = {equations.diagonal[0], equations.upper[0], equations.value[0]};
     hold_base(equations, properties.support, load);
   }
 
-  /// Sections above the surface, each an exact beam-column.
+  /// Forces on the tip. That of the axial force follows the path.
+  void add_tip(Equations& equations, const Load& load) const noexcept {
+    const std::size_t last = mesh_.count() - 1;
+    equations.diagonal[last].yy += load.contact;
+    const double force = mesh_.embedded() > 0 ? load.compression.tip : 0.0;
+    for (std::size_t d = 0; d < dimension; ++d)
+      equations.value[last].y[d] +=
+          load.tip_force[d] + load.contact * load.contact_place[d] - force * mesh_.tip().along[d];
+  }
+
+  /// A section above the surface, as an exact beam-column.
+  struct Column {
+    std::size_t section;
+    double length;
+    ColumnStiffness stiffness;
+  };
+  Column column(std::size_t i, const BeamProperties& properties, const Load& load) const noexcept {
+    const double length = mesh_[i + 1].travel - mesh_[i].travel;
+    const double middle = 0.5 * (mesh_[i].travel + mesh_[i + 1].travel);
+    const std::size_t section = properties.sections.at(mesh_.tip().travel - middle);
+    // beyond, it has buckled between its nodes: the equations at the limit are unstable already
+    const double p = load.compression.free * length * length / properties.sections.list[section].stiffness;
+    return {section, length, column_stiffness(std::min(p, 0.999 * clamped_buckling))};
+  }
   void add_free_part(Equations& equations, const BeamProperties& properties,
                      const Load& load) const noexcept {
-    const double compression = load.axial.at(0.0) + load.rub * pressing_;
     for (std::size_t i = 0; i < mesh_.surface(); ++i) {
-      const double length = mesh_[i + 1].travel - mesh_[i].travel;
-      const double middle = 0.5 * (mesh_[i].travel + mesh_[i + 1].travel);
-      const Section& section = properties.sections.list[properties.sections.at(mesh_.tip().travel - middle)];
-      // beyond, it has buckled between its nodes: the equations at the limit are unstable already
-      const double most = 0.999 * clamped_buckling * section.stiffness / (length * length);
-      equations.add(i,
-                    rescaled(beam_column(section.stiffness, length, std::min(compression, most)), mesh_.h()));
+      const Column& own = columns_[i];
+      const Section& section = properties.sections.list[own.section];
+      equations.add(i, rescaled(beam_column(section.stiffness, own.length, own.stiffness), mesh_.h()));
       add_bend(equations, i, section, load, {0.0, -1.0 / mesh_.h(), 0.0, 1.0 / mesh_.h()});
     }
   }
@@ -119,12 +149,14 @@ class BeamEquilibrium {
   void add_embedded_part(Equations& equations, const BeamProperties& properties, const Path& path,
                          const Load& load, bool cautious) const noexcept {
     const double h = mesh_.h();
-    const bool axial = !load.axial.none() || load.rub != 0.0, one = properties.sections.count == 1;
+    const Compression& force = load.compression;
+    const bool axial = force.surface != 0.0 || force.tip != 0.0, one = properties.sections.count == 1;
     const ElementMatrix bending =
         one ? bending_matrix(properties.sections.list[0].stiffness, h) : ElementMatrix{};
     BeamFoundation<dimension> foundation(properties, mesh_, path, load, bending, cautious);
     const double per_h = 1.0 / h;
-    double above = axial ? load.axial.at(0.0) : 0.0, rubbed = load.rub * pressing_;
+    const double change =
+        mesh_.embedded() > 0 ? (force.tip - force.surface) / static_cast<double>(mesh_.embedded()) : 0.0;
     for (std::size_t e = 0; e < mesh_.embedded(); ++e) {
       const std::size_t i = mesh_.surface() + e;
       const double from = h * static_cast<double>(e);
@@ -134,13 +166,17 @@ class BeamEquilibrium {
       else
         add_sections(equations, matrix, i, from, properties.sections, load);
       if (axial) {
-        const double below = load.axial.at(from + h), own = load.rub * pressure_[e] * h;
-        const double friction = above - below + own;
-        add_axial(matrix, below + rubbed - own + 0.5 * friction, friction * per_h, per_h);
-        above = below, rubbed -= own;
+        add_compression(matrix, force.surface + (static_cast<double>(e) + 0.5) * change, change, per_h);
+        if (change != 0.0) add_friction(equations, i, change);
       }
       equations.add(i, matrix);
     }
+  }
+  /// Friction along the path pushes the shaft aside where the path is not along the axis.
+  void add_friction(Equations& equations, std::size_t i, double change) const noexcept {
+    Place along;
+    for (std::size_t d = 0; d < dimension; ++d) along[d] = 0.5 * (mesh_[i].along[d] + mesh_[i + 1].along[d]);
+    add_force(equations, i, change, {0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0}, along);
   }
 
   /// Bending of an element in which the needle's section may change.
@@ -164,11 +200,16 @@ class BeamEquilibrium {
   void add_surface(Equations& equations, const BeamProperties& properties, const Path& path,
                    const Load& load) const noexcept {
     if (!(load.embedded > 0.0) || path.empty()) return;
-    double stiffness = properties.support.pivot_stiffness;
-    if (mesh_.embedded() == 0) stiffness += 0.5 * properties.layers[0].modulus * load.embedded;
+    double stiffness = load.pivot * properties.support.pivot_stiffness;
+    if (mesh_.embedded() == 0) stiffness += short_part(properties, load);
     equations.diagonal[mesh_.surface()].yy += stiffness;
     for (std::size_t d = 0; d < dimension; ++d)
       equations.value[mesh_.surface()].y[d] += stiffness * path.entry()[d];
+  }
+
+  /// The foundation along a length too short for elements [N/m]; a path that the tip writes goes along.
+  static double short_part(const BeamProperties& properties, const Load& load) noexcept {
+    return properties.layers[0].modulus * load.embedded * (load.cuts ? 1.0 / 3.0 : 1.0);
   }
 
   /// The base where it is held, or on its springs.
@@ -203,7 +244,7 @@ class BeamEquilibrium {
       }
   }
   /// The reaction of the base is what its own equation leaves.
-  void react() noexcept {
+  void react(const BeamProperties& properties, const Load& load) noexcept {
     const double h = mesh_.h();
     const auto &own = mesh_[0], &next = mesh_[mesh_.count() > 1 ? 1 : 0];
     for (std::size_t d = 0; d < dimension; ++d) {
@@ -217,8 +258,25 @@ class BeamEquilibrium {
       force_[d] = -force;
       moment_[d] = -moment * h;
     }
+    pull_ = 0.0;
+    const Section& section =
+        properties.sections.list[properties.sections.at(mesh_.tip().travel - own.travel)];
+    for (std::size_t d = 0; d < dimension && mesh_.surface() > 0; ++d)
+      pull_ += own.slope[d] * (force_[d] + 0.5 * load.compression.free * own.slope[d]) +
+               moment_[d] * (0.5 * moment_[d] / section.stiffness + section.curvature * load.bend[d]);
   }
-  /// The lateral pressure in the middle of each element, for the friction of the next step.
+  void shorten() noexcept {
+    shortening_ = {};
+    for (std::size_t i = 0; i < mesh_.surface(); ++i) {
+      const Column& own = columns_[i];
+      const auto &a = mesh_[i], &b = mesh_[i + 1];
+      for (std::size_t d = 0; d < dimension; ++d)
+        shortening_.free +=
+            column_shortening(own.stiffness, own.length, b.place[d] - a.place[d], a.slope[d], b.slope[d]);
+    }
+    shorten_embedded(mesh_, shortening_);
+  }
+  /// The lateral pressure, from that in the middle of each element.
   void press(const BeamProperties& properties, const Path& path) noexcept {
     const double h = mesh_.h();
     pressing_ = 0.0;
@@ -234,8 +292,7 @@ class BeamEquilibrium {
         square += (y - place[d]) * (y - place[d]);
       }
       const double offset = std::sqrt(square);
-      pressure_[e] = stiffness_at(properties.layers[layer], offset).secant * offset;
-      pressing_ += pressure_[e] * h;
+      pressing_ += h * stiffness_at(properties.layers[layer], offset).secant * offset;
     }
   }
 
@@ -246,9 +303,11 @@ class BeamEquilibrium {
   };
 
   BeamMesh<dimension> mesh_{};
+  std::array<Column, max_sections + 1> columns_{};
   BaseEquation base_{};
   Place force_{}, moment_{};
-  std::array<double, max_elements> pressure_{};  // [N/m]
+  Shortening shortening_{};
+  double pull_ = 0.0;
   double pressing_ = 0.0;
 };
 

@@ -155,8 +155,11 @@ class BeamFoundation {
       if (!layer.linear() && !piece.newest)
         stiffness = linearise(piece.layer, piece.element, shape, travel, place);
       const double factor = gauss_weights[g] * length * stiffness;
-      add_product(matrix, factor, shape, {shape[0], shape[1], shape[2] - by_tip, shape[3]});
-      add_force(equations, mesh_.surface() + piece.element, factor, shape, place);
+      const std::array<double, 4> offset{shape[0], shape[1], shape[2] - by_tip, shape[3]};
+      // what pulls the shaft towards the newest piece of path pulls the tip, which moves that, back
+      const auto& pulled = load_.pulls_back ? offset : shape;
+      add_product(matrix, factor, pulled, offset);
+      add_force(equations, mesh_.surface() + piece.element, factor, pulled, place);
     }
   }
   /// The path between its last node and the tip, without what the tip adds.
