@@ -14,6 +14,7 @@
 #include "../insertion.hpp"
 #include "../state_bytes.hpp"
 #include "axial_drive.hpp"
+#include "base_wrench.hpp"
 #include "flexible_state.hpp"
 
 namespace needleforce::bending {
@@ -298,14 +299,8 @@ class FlexibleInsertion {
     events.contact |= state_.sample.contact;
     events.punctured |= state_.sample.punctured;
     events.exit |= state_.sample.exit;
-    state_.force = drive.force();
-    if (coupled()) {
-      state_.force += state_.tip_pull;
-      if (mesh().embedded() > 0)
-        state_.force += guided() ? 0.0 : state_.beam.pull();
-      else
-        state_.force -= guided() ? state_.beam.pull() : 0.0;
-    }
+    state_.along = drive.force() + (coupled() ? state_.tip_pull + free_pull() : 0.0);
+    state_.force = state_.along - (coupled() && guided() ? state_.beam.pull() : 0.0);
     if (!(state_.reached > 0.0)) leave();
     if (load.cuts) {
       const std::size_t nodes = state_.path.nodes();
@@ -419,11 +414,13 @@ class FlexibleInsertion {
     load.compression = {force + (coupled() && inside ? free_pull() : 0.0), force,
                         force - state_.slide.share * axial};
     const std::array<double, 2> bevel{std::cos(base.roll), std::sin(base.roll)};
+    const std::array<double, 2> turns{-bevel[1], bevel[0]};
     const double left = inside ? share_left(state_.reached) : 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
       load.lateral[d] = base.lateral[d];
       load.tilt[d] = base.tilt[d];
       load.bend[d] = bevel[d];
+      load.bend_turns[d] = turns[d];
       load.tip_force[d] = left * (state_.push[d] + state_.lean[d]);
     }
     if (inside) {
@@ -458,7 +455,7 @@ class FlexibleInsertion {
     const double h = mesh().h(), left = share_left(state_.reached);
     const bool newest = !(state_.reached < state_.path.last_node());
     const Place place = load.cuts || n == 0 ? tip.place : state_.path.at(state_.reached);
-    double sum = load.cuts ? state_.charge : 0.0, square = 0.0, pivot = 0.0, held = 0.0;
+    double sum = state_.beam.advancing() + (load.cuts ? state_.charge : 0.0), square = 0.0, pivot = 0.0, held = 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
       const double surface = mesh()[mesh().surface()].place[d] - state_.path.entry()[d];
       const double off = tip.place[d] - state_.ahead[d];
@@ -531,37 +528,13 @@ class FlexibleInsertion {
       result.tangent = end.tangent(mesh().tip().slope);
     }
   }
-  /// Moment [N m] about the axis of a needle that is bent by itself, as the tissue keeps its bend from
-  /// turning.
-  double torque() const noexcept {
-    const Sections& sections = settings_.beam.sections;
-    const std::array<double, 2> across{-std::sin(state_.base.roll), std::cos(state_.base.roll)};
-    double sum = 0.0;
-    for (std::size_t i = 0; i + 1 < mesh().count(); ++i) {
-      const double middle = 0.5 * (mesh()[i].travel + mesh()[i + 1].travel);
-      const Section& own = sections.list[sections.at(mesh().tip().travel - middle)];
-      for (std::size_t d = 0; d < dimension && own.curvature != 0.0; ++d)
-        sum += own.stiffness * own.curvature * (mesh()[i + 1].slope[d] - mesh()[i].slope[d]) * across[d];
-    }
-    return sum;
-  }
-  /// Forces and moments in the frame of the tissue, turned by the slope at the base. Lateral forces have no
-  /// moment about the axis of a straight needle: a round one takes them by bending alone, x' S y = y' S x.
+  /// On the base as it is held, whatever its compliance. A round straight needle has no moment about its axis.
   void add_wrench(BentSample& result) const noexcept {
-    const Place &slope = mesh().base().slope, &force = state_.beam.force(), &moment = state_.beam.moment();
-    const Vector f = in_base({force[0], second(force), -result.force}, {slope[0], second(slope)});
-    const Vector m = in_base({-second(moment), moment[0], torque()}, {slope[0], second(slope)});
+    const Place &force = state_.beam.force(), &moment = state_.beam.moment();
+    const BaseAxes axes(state_.base.tilt);
+    const Vector f = axes.force({force[0], second(force), -state_.along});
+    const Vector m = axes.moment({moment[0], second(moment)}, state_.beam.turning());
     result.wrench = {f[0], f[1], f[2], m[0], m[1], m[2]};
-  }
-  /// A vector in axes that are turned with the base, by its slopes as an angle.
-  static Vector in_base(const Vector& v, const std::array<double, 2>& slope) noexcept {
-    const double square = std::min(2.0, slope[0] * slope[0] + slope[1] * slope[1]);
-    const double sine =
-        1.0 - square * (1.0 / 6.0) * (1.0 - square * (1.0 / 20.0) * (1.0 - square * (1.0 / 42.0)));
-    const double rest =
-        0.5 - square * (1.0 / 24.0) * (1.0 - square * (1.0 / 30.0) * (1.0 - square * (1.0 / 56.0)));
-    const double along = slope[0] * v[0] + slope[1] * v[1], across = sine * v[2] + rest * along;
-    return {v[0] - slope[0] * across, v[1] - slope[1] * across, v[2] * (1.0 - square * rest) + sine * along};
   }
 
   Axial axial_;
