@@ -47,6 +47,14 @@ class BeamEquilibrium {
   }
 
   const BeamMesh<dimension>& mesh() const noexcept { return mesh_; }
+  /// Friction turns along the shaft that has slid. Wait-free.
+  void turn_friction(double share) noexcept {
+    turn_drag(mesh_, share);
+    shorten_embedded(mesh_, shortening_);
+  }
+  void forget_friction() noexcept {
+    for (BeamNode<dimension>& node : mesh_.nodes()) node.drag = node.drag_before = {};
+  }
   /// Lateral force [N] and moment [N m] of the tissue on the needle at the base, in the planes of x and z, y
   /// and z.
   const Place& force() const noexcept { return force_; }
@@ -111,14 +119,15 @@ class BeamEquilibrium {
     hold_base(equations, properties.support, load);
   }
 
-  /// Forces on the tip. That of the axial force follows the path.
+  /// Forces on the tip. That of the axial force follows the needle, as far as it slid on.
   void add_tip(Equations& equations, const Load& load) const noexcept {
     const std::size_t last = mesh_.count() - 1;
     equations.diagonal[last].yy += load.contact;
     const double force = mesh_.embedded() > 0 ? load.compression.tip : 0.0;
     for (std::size_t d = 0; d < dimension; ++d)
       equations.value[last].y[d] +=
-          load.tip_force[d] + load.contact * load.contact_place[d] - force * mesh_.tip().along[d];
+          load.tip_force[d] + load.contact * load.contact_place[d] -
+          force * (mesh_.tip().along[d] + mesh_.tip().drag[d]);
   }
 
   /// A section above the surface, as an exact beam-column.
@@ -177,10 +186,11 @@ class BeamEquilibrium {
       equations.add(i, matrix);
     }
   }
-  /// Friction along the path pushes the shaft aside where the path is not along the axis.
+  /// Friction pushes the shaft aside where it is not along the axis.
   void add_friction(Equations& equations, std::size_t i, double change) const noexcept {
     Place along;
-    for (std::size_t d = 0; d < dimension; ++d) along[d] = 0.5 * (mesh_[i].along[d] + mesh_[i + 1].along[d]);
+    for (std::size_t d = 0; d < dimension; ++d)
+      along[d] = 0.5 * (mesh_[i].along[d] + mesh_[i + 1].along[d]) + mesh_[i].drag[d];
     add_force(equations, i, change, {0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0}, along);
   }
 

@@ -29,6 +29,7 @@ struct FlexibleState {
   BentSample last{};
   Base base{};            ///< of the last accepted step
   Slide slide{};          ///< of the shaft
+  double slid = 0.0;      ///< travel of the shaft that base and shape give, which limits may hold back [m]
   double reached = 0.0;   ///< travel of the tip, negative above the tissue [m]
   double along = 0.0;     ///< axial force in the needle at its base [N]
   double force = 0.0;     ///< of a hand that pushes it on there [N]
