@@ -16,7 +16,6 @@ namespace needleforce::bending {
 /// What the shaft remembers of its slide along the path, apart from the axial insertion.
 struct Slide {
   double travel = 0.0;          ///< of the shaft, as the axial insertion has it [m]
-  double ahead = 0.0;           ///< of what base and shape give, since its share of friction changed [m]
   double share = 0.0;           ///< of friction in the axial force when the tip last cut
   double rub = 0.0;             ///< friction of the lateral pressure [N]
   double holds = 0.0;           ///< its stiffness before it slides [N/m]

@@ -40,12 +40,21 @@ class BeamEquilibrium {
                         : iterate(outcome, properties, path, load);
     if (!outcome.stable) return outcome;
     react(properties, load);
+    turn(properties.sections, load);
     shorten();
     if (load.rubs) press(properties, path);
     return outcome;
   }
 
   const BeamMesh<dimension>& mesh() const noexcept { return mesh_; }
+  /// Friction turns along the shaft that has slid. Wait-free.
+  void turn_friction(double share) noexcept {
+    turn_drag(mesh_, share);
+    shorten_embedded(mesh_, shortening_);
+  }
+  void forget_friction() noexcept {
+    for (BeamNode<dimension>& node : mesh_.nodes()) node.drag = node.drag_before = {};
+  }
   /// Lateral force [N] and moment [N m] of the tissue on the needle at the base, in the planes of x and z, y
   /// and z.
   const Place& force() const noexcept { return force_; }
@@ -53,6 +62,10 @@ class BeamEquilibrium {
   /// What the needle loses of energy per length that it gains at its base [N].
   double pull() const noexcept { return pull_; }
   const Shortening& shortening() const noexcept { return shortening_; }
+  /// Moment [N m] on the needle about its axis, which keeps a needle that is bent by itself from turning.
+  double turning() const noexcept { return turning_; }
+  /// What bending gains of energy per travel of the tip, with which the needle's sections move [N].
+  double advancing() const noexcept { return advancing_; }
   /// Integral of the lateral pressure's magnitude along the shaft [N], of the last solution with `rubs`.
   double pressing() const noexcept { return pressing_; }
 
@@ -106,14 +119,15 @@ class BeamEquilibrium {
     hold_base(equations, properties.support, load);
   }
 
-  /// Forces on the tip. That of the axial force follows the path.
+  /// Forces on the tip. That of the axial force follows the needle, as far as it slid on.
   void add_tip(Equations& equations, const Load& load) const noexcept {
     const std::size_t last = mesh_.count() - 1;
     equations.diagonal[last].yy += load.contact;
     const double force = mesh_.embedded() > 0 ? load.compression.tip : 0.0;
     for (std::size_t d = 0; d < dimension; ++d)
       equations.value[last].y[d] +=
-          load.tip_force[d] + load.contact * load.contact_place[d] - force * mesh_.tip().along[d];
+          load.tip_force[d] + load.contact * load.contact_place[d] -
+          force * (mesh_.tip().along[d] + mesh_.tip().drag[d]);
   }
 
   /// A section above the surface, as an exact beam-column.
@@ -172,10 +186,11 @@ class BeamEquilibrium {
       equations.add(i, matrix);
     }
   }
-  /// Friction along the path pushes the shaft aside where the path is not along the axis.
+  /// Friction pushes the shaft aside where it is not along the axis.
   void add_friction(Equations& equations, std::size_t i, double change) const noexcept {
     Place along;
-    for (std::size_t d = 0; d < dimension; ++d) along[d] = 0.5 * (mesh_[i].along[d] + mesh_[i + 1].along[d]);
+    for (std::size_t d = 0; d < dimension; ++d)
+      along[d] = 0.5 * (mesh_[i].along[d] + mesh_[i + 1].along[d]) + mesh_[i].drag[d];
     add_force(equations, i, change, {0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0}, along);
   }
 
@@ -183,17 +198,95 @@ class BeamEquilibrium {
   void add_sections(Equations& equations, ElementMatrix& matrix, std::size_t i, double from,
                     const Sections& sections, const Load& load) const noexcept {
     const double h = mesh_.h();
-    for (std::size_t k = sections.count; k-- > 0;) {  // from the base on
-      const double begin = std::max(from, load.embedded - sections.list[k].end);
-      const double end = k > 0 ? std::min(from + h, load.embedded - sections.list[k - 1].end) : from + h;
-      if (!(begin < end)) continue;
-      const double first = (begin - from) / h, second = (end - from) / h;
-      add_bending(matrix, sections.list[k].stiffness, h, first, second);
-      const auto before = hermite_slope(first), after = hermite_slope(second);
-      std::array<double, 4> change;
-      for (std::size_t n = 0; n < 4; ++n) change[n] = (after[n] - before[n]) / h;
-      add_bend(equations, i, sections.list[k], load, change);
+    each_section(sections, from, load.embedded, [&](const Section& section, double first, double second) {
+      add_bending(matrix, section.stiffness, h, first, second);
+      add_bend(equations, i, section, load, change_of_slope(first, second, h));
+    });
+  }
+  /// The sections of the needle in the element that begins at a depth, from the base on, each with the part of
+  /// the element that it takes.
+  template <class Visit>
+  void each_section(const Sections& sections, double from, double embedded, Visit visit) const noexcept {
+    const double h = mesh_.h();
+    for (std::size_t k = sections.count; k-- > 0;) {
+      const double begin = std::max(from, embedded - sections.list[k].end);
+      const double end = k > 0 ? std::min(from + h, embedded - sections.list[k - 1].end) : from + h;
+      if (begin < end) visit(sections.list[k], (begin - from) / h, (end - from) / h);
     }
+  }
+  static std::array<double, 4> change_of_slope(double first, double second, double h) noexcept {
+    const auto before = hermite_slope(first), after = hermite_slope(second);
+    std::array<double, 4> change;
+    for (std::size_t n = 0; n < 4; ++n) change[n] = (after[n] - before[n]) / h;
+    return change;
+  }
+  /// The moment about the axis is that of each section's own curvature, across the plane in which it points.
+  void turn(const Sections& sections, const Load& load) noexcept {
+    turning_ = advancing_ = 0.0;
+    if (sections.count > 1) advance_sections(sections, load);
+    if (!sections.bent()) return;
+    for (std::size_t i = 0; i < mesh_.surface(); ++i)
+      turning_ += turned(i, sections.list[columns_[i].section], load, 0.0, 1.0);
+    for (std::size_t i = mesh_.surface(); i + 1 < mesh_.count(); ++i)
+      each_section(sections, mesh_[i].travel, load.embedded,
+                   [&](const Section& section, double first, double second) {
+                     turning_ += turned(i, section, load, first, second);
+                   });
+  }
+  /// What bending gains as the section moves down at a place where it changes.
+  void advance_sections(const Sections& sections, const Load& load) noexcept {
+    for (std::size_t i = 1; i < mesh_.surface(); ++i)
+      advancing_ += given_back(i, sections, sections.list[columns_[i].section], load) -
+                    given_back(i, sections, sections.list[columns_[i - 1].section], load);
+    for (std::size_t i = mesh_.surface(); i + 1 < mesh_.count(); ++i) {
+      const Section* above = nullptr;
+      each_section(sections, mesh_[i].travel, load.embedded,
+                   [&](const Section& section, double first, double) {
+                     if (above) advancing_ += energy_at(i, *above, load, first) - energy_at(i, section, load, first);
+                     above = &section;
+                   });
+    }
+  }
+  /// Energy per length [N] that an element has at xi if it is of a section.
+  double energy_at(std::size_t i, const Section& section, const Load& load, double xi) const noexcept {
+    const auto &a = mesh_[i], &b = mesh_[i + 1];
+    const double h = mesh_.h(), per_square = 1.0 / (h * h);
+    double sum = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double bend = per_square * ((12.0 * xi - 6.0) * (a.place[d] - b.place[d]) +
+                                        h * ((6.0 * xi - 4.0) * a.slope[d] + (6.0 * xi - 2.0) * b.slope[d])) -
+                          section.curvature * load.bend[d];
+      sum += 0.5 * section.stiffness * bend * bend;
+    }
+    return sum;
+  }
+  /// Energy [N], M^2 / 2 EI + M curvature, that a section gives back per length at the upper end of column i.
+  double given_back(std::size_t i, const Sections& sections, const Section& section,
+                    const Load& load) const noexcept {
+    const Column& own = columns_[i];
+    const Section& below = sections.list[own.section];
+    const auto &a = mesh_[i], &b = mesh_[i + 1];
+    const auto& [s11, s12, s22, s24] = own.stiffness.value;
+    const double unit = below.stiffness / own.length;
+    double sum = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double moment = -unit * (s12 * (a.place[d] - b.place[d]) / own.length + s22 * a.slope[d] +
+                                     s24 * b.slope[d]) -
+                            below.stiffness * below.curvature * load.bend[d];
+      sum += moment * (0.5 * moment / section.stiffness + section.curvature * load.bend[d]);
+    }
+    return sum;
+  }
+  double turned(std::size_t i, const Section& section, const Load& load, double first,
+                double second) const noexcept {
+    const auto &a = mesh_[i], &b = mesh_[i + 1];
+    const double length = b.travel - a.travel;
+    const auto change = change_of_slope(first, second, length);
+    double across = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d)
+      across += load.bend_turns[d] * (change[0] * a.place[d] + change[1] * length * a.slope[d] +
+                                      change[2] * b.place[d] + change[3] * length * b.slope[d]);
+    return section.stiffness * section.curvature * across;
   }
 
   /// The pivot, and the foundation along a length too short for elements.
@@ -307,7 +400,7 @@ class BeamEquilibrium {
   BaseEquation base_{};
   Place force_{}, moment_{};
   Shortening shortening_{};
-  double pull_ = 0.0;
+  double pull_ = 0.0, turning_ = 0.0, advancing_ = 0.0;
   double pressing_ = 0.0;
 };
 

@@ -33,6 +33,7 @@ struct BeamLoad {
   Place lateral{}, tilt{};   ///< of the base [m], [rad]
   Place tip_force{};         ///< [N]
   Place bend{};              ///< direction in which the unloaded needle is bent, a unit vector
+  Place bend_turns{};        ///< its derivative by the roll
   Compression compression{};
   double contact = 0.0;     ///< lateral stiffness of the tissue at the tip [N/m]
   Place contact_place{};    ///< where that is unloaded

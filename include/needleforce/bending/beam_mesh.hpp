@@ -23,6 +23,7 @@ struct BeamNode {
   double travel = 0.0;
   std::array<double, dimension> place{}, slope{}, path{}, along{};
   double longer = 0.0;
+  std::array<double, dimension> drag{}, drag_before{};  ///< slope to the path of the friction from here on
 };
 
 /// Nodes at the base, where the needle's section changes above the surface, at the surface, and evenly in the
@@ -114,6 +115,7 @@ class BeamMesh {
                       shape[3] * length * b.slope[d];
       if (xi > 1.0) node.place[d] += (node.travel - b.travel) * b.slope[d];
     }
+    node.drag = a.drag, node.drag_before = a.drag_before;
   }
 
   std::array<Node, max_nodes> nodes_{};

@@ -14,6 +14,7 @@
 #include "../insertion.hpp"
 #include "../state_bytes.hpp"
 #include "axial_drive.hpp"
+#include "base_wrench.hpp"
 #include "flexible_state.hpp"
 
 namespace needleforce::bending {
@@ -241,11 +242,11 @@ class FlexibleInsertion {
   /// tip is new.
   void settle(const Base& to, double dt, Events& events) noexcept {
     AxialDrive<Axial> drive(axial_, state_.slide, settings_.lengths, state_.beam.pressing(), dt);
-    const Shortening began = shortening();
+    const Began began{shortening(), state_.reached, state_.slid, tip_place()};
     const double reached = state_.reached;
-    Shortening shape = began;
-    drive.to(slid(to, shape), in_tissue());
+    Shortening shape = began.shape;
     state_.reached = to.depth - shape.whole();
+    drive.to(slid(began, shape, to.depth), in_tissue());
     if (axial_.pierced_layers() > 0 && !state_.embedded && state_.reached > 0.0) enter(reached);
     press(drive.sample());
     turn_tip(to, reached, drive.sample());
@@ -255,10 +256,10 @@ class FlexibleInsertion {
     for (std::size_t tries = 1; solve(load, events) && coupled(); ++tries) {
       const Shortening now = shortening();
       const double pull = load.compression.free - load.compression.surface;
-      drive.to(slid(to, now), in_tissue());
-      state_.tip_pull = tip_pull(load);
+      drive.to(slid(began, now, to.depth), in_tissue());
+      state_.tip_pull = tip_pull(load, drive.force());
       const double missing = drive.force() + state_.tip_pull - force;
-      const double change = now.whole() - began.whole();
+      const double change = now.whole() - began.shape.whole();
       const double unbalanced = std::abs(missing) + std::abs(free_pull() - pull);
       if (tries == max_tries || (unbalanced * std::abs(change) <= smallest_work &&
                                  std::abs(missing) <= small_force * (1.0 + std::abs(force)) &&
@@ -269,17 +270,40 @@ class FlexibleInsertion {
       state_.reached = to.depth - shape.whole();
       load = load_of(to, shape, force, drive.force());
     }
-    take(drive, load, events);
+    take(drive, load, events, began);
   }
   static constexpr std::size_t max_tries = 12;
   static constexpr double smallest_work = 1e-13;  // [J]
   static constexpr double small_force = 1e-3, smallest_length = 1e-7;
 
   Shortening shortening() const noexcept { return coupled() ? state_.beam.shortening() : Shortening{}; }
-  /// Travel of the shaft [m], which counts what the needle is shorter by the share of friction below.
-  double slid(const Base& to, const Shortening& shape) const noexcept {
-    const double travel = to.depth - shape.whole() + state_.slide.share * shape.weighted - state_.slide.ahead;
-    return std::min(travel, std::min(state_.path.longest(), axial_.reach()));
+  /// Where a part of a step began.
+  struct Began {
+    Shortening shape;
+    double reached, slid;
+    Place tip;
+  };
+  Place tip_place() const noexcept { return mesh().count() > 0 ? mesh().tip().place : Place{}; }
+  /// Travel of the shaft [m]: that of its friction, which is the mean along it, and of what cuts, at the tip,
+  /// by their shares of the axial force.
+  double slid(const Began& began, const Shortening& now, double depth) noexcept {
+    const double reached = depth - now.whole(), tip = reached - began.reached;
+    double& wanted = state_.slid;
+    wanted = began.slid + tip;
+    if (coupled() && in_tissue() && mesh().embedded() > 0) {
+      const auto per_length = [](double of, double length) { return length > 0.0 ? of / length : 0.0; };
+      const Shortening& was = began.shape;
+      const double grows = 0.5 * (per_length(was.weighted, began.reached) + per_length(now.weighted, reached));
+      const double shaft = now.weighted - was.weighted + now.aside - was.aside +
+                           (grows - 0.5 * (now.passing + was.passing)) * tip;
+      double aside = 0.0;
+      const auto& node = mesh().tip();
+      for (std::size_t d = 0; d < dimension; ++d)
+        aside += 0.5 * (node.drag[d] + node.drag_before[d]) *
+                 (node.place[d] - began.tip[d] - node.along[d] * tip);
+      wanted += state_.slide.share * shaft + (1.0 - state_.slide.share) * aside;
+    }
+    return std::min(wanted, std::min(state_.path.longest(), axial_.reach()));
   }
   /// What the part above the surface is compressed by more than the rest: the needle at the surface bears the
   /// axial part of the lateral forces of the tissue [N].
@@ -293,19 +317,17 @@ class FlexibleInsertion {
     return outcome.stable;
   }
   /// What remains of the step.
-  void take(const AxialDrive<Axial>& drive, const BeamLoad<dimension>& load, Events& events) noexcept {
+  void take(const AxialDrive<Axial>& drive, const BeamLoad<dimension>& load, Events& events,
+            const Began& began) noexcept {
     state_.sample = drive.sample();
     events.contact |= state_.sample.contact;
     events.punctured |= state_.sample.punctured;
     events.exit |= state_.sample.exit;
-    state_.force = drive.force();
-    if (coupled()) {
-      state_.force += state_.tip_pull;
-      if (mesh().embedded() > 0)
-        state_.force += guided() ? 0.0 : state_.beam.pull();
-      else
-        state_.force -= guided() ? state_.beam.pull() : 0.0;
-    }
+    state_.along = drive.force() + (coupled() ? state_.tip_pull + free_pull() : 0.0);
+    state_.force = state_.along - (coupled() && guided() ? state_.beam.pull() : 0.0);
+    if (mesh().embedded() > 0)
+      state_.beam.turn_friction(
+          1.0 - std::exp(-std::abs(state_.slid - began.slid) / state_.path.spacing));
     if (!(state_.reached > 0.0)) leave();
     if (load.cuts) {
       const std::size_t nodes = state_.path.nodes();
@@ -378,22 +400,22 @@ class FlexibleInsertion {
                                           (piece / 12.0 + spacing / 6.0) / (piece + spacing);
     for (std::size_t d = 0; d < dimension; ++d) {
       const double lag = mesh().tip().along[d] - mesh().tip().slope[d];
-      state_.lean[d] += left * ((load.compression.tip - drags) * lag - state_.lean[d]);
+      state_.lean[d] -= left * (drags * lag + state_.lean[d]);
     }
   }
   /// The share of friction in the axial force, as of a needle that goes in; where the shaft is, stays.
   void share_friction() noexcept {
     const double whole = state_.sample.friction + state_.sample.cutting;
     if (!(whole > 0.0)) return;
-    const double share = std::clamp(state_.sample.friction / whole, 0.0, 1.0);
-    state_.slide.ahead += (share - state_.slide.share) * shortening().weighted;
-    state_.slide.share = share;
+    state_.slide.share = std::clamp(state_.sample.friction / whole, 0.0, 1.0);
   }
   /// Out of the tissue: a needle that comes back elsewhere makes a hole of its own.
   void leave() noexcept {
     state_.touch = mesh().tip().place;
     state_.buckled = false;
-    state_.slide.rub = state_.slide.most = state_.slide.ahead = 0.0;
+    state_.slide.rub = state_.slide.most = 0.0;
+    state_.slid = state_.reached;
+    state_.beam.forget_friction();
     if (!state_.embedded) return;
     double square = 0.0;
     for (std::size_t d = 0; d < dimension; ++d)
@@ -419,11 +441,13 @@ class FlexibleInsertion {
     load.compression = {force + (coupled() && inside ? free_pull() : 0.0), force,
                         force - state_.slide.share * axial};
     const std::array<double, 2> bevel{std::cos(base.roll), std::sin(base.roll)};
+    const std::array<double, 2> turns{-bevel[1], bevel[0]};
     const double left = inside ? share_left(state_.reached) : 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
       load.lateral[d] = base.lateral[d];
       load.tilt[d] = base.tilt[d];
       load.bend[d] = bevel[d];
+      load.bend_turns[d] = turns[d];
       load.tip_force[d] = left * (state_.push[d] + state_.lean[d]);
     }
     if (inside) {
@@ -450,7 +474,7 @@ class FlexibleInsertion {
   }
   /// What the lateral energy gains per travel of the tip along its path, at the shape of the last solution
   /// [N].
-  double tip_pull(const BeamLoad<dimension>& load) const noexcept {
+  double tip_pull(const BeamLoad<dimension>& load, double axial) const noexcept {
     if (!in_tissue()) return 0.0;
     const LateralLayer& layer = layer_at(state_.reached);
     const auto& tip = mesh().tip();
@@ -458,7 +482,7 @@ class FlexibleInsertion {
     const double h = mesh().h(), left = share_left(state_.reached);
     const bool newest = !(state_.reached < state_.path.last_node());
     const Place place = load.cuts || n == 0 ? tip.place : state_.path.at(state_.reached);
-    double sum = load.cuts ? state_.charge : 0.0, square = 0.0, pivot = 0.0, held = 0.0;
+    double sum = state_.beam.advancing() + (load.cuts ? state_.charge : 0.0), square = 0.0, pivot = 0.0, held = 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
       const double surface = mesh()[mesh().surface()].place[d] - state_.path.entry()[d];
       const double off = tip.place[d] - state_.ahead[d];
@@ -471,6 +495,7 @@ class FlexibleInsertion {
       const double slope = tip.slope[d] - tip.along[d];
       const double turn = newest ? 0.0 : (tip.along[d] - mesh()[last - 1].along[d]) / h;
       sum += load.compression.tip * ((tip.place[d] - tip.path[d]) * turn - 0.5 * slope * slope) +
+             (1.0 - state_.slide.share) * axial * tip.drag[d] * slope +
              tip.slope[d] * (load.contact * off - load.tip_force[d]);
     }
     if (left > 0.0 && left < 1.0) sum += held / settings_.lengths.unloading;
@@ -531,37 +556,13 @@ class FlexibleInsertion {
       result.tangent = end.tangent(mesh().tip().slope);
     }
   }
-  /// Moment [N m] about the axis of a needle that is bent by itself, as the tissue keeps its bend from
-  /// turning.
-  double torque() const noexcept {
-    const Sections& sections = settings_.beam.sections;
-    const std::array<double, 2> across{-std::sin(state_.base.roll), std::cos(state_.base.roll)};
-    double sum = 0.0;
-    for (std::size_t i = 0; i + 1 < mesh().count(); ++i) {
-      const double middle = 0.5 * (mesh()[i].travel + mesh()[i + 1].travel);
-      const Section& own = sections.list[sections.at(mesh().tip().travel - middle)];
-      for (std::size_t d = 0; d < dimension && own.curvature != 0.0; ++d)
-        sum += own.stiffness * own.curvature * (mesh()[i + 1].slope[d] - mesh()[i].slope[d]) * across[d];
-    }
-    return sum;
-  }
-  /// Forces and moments in the frame of the tissue, turned by the slope at the base. Lateral forces have no
-  /// moment about the axis of a straight needle: a round one takes them by bending alone, x' S y = y' S x.
+  /// On the base as it is held, whatever its compliance. A round straight needle has no moment about its axis.
   void add_wrench(BentSample& result) const noexcept {
-    const Place &slope = mesh().base().slope, &force = state_.beam.force(), &moment = state_.beam.moment();
-    const Vector f = in_base({force[0], second(force), -result.force}, {slope[0], second(slope)});
-    const Vector m = in_base({-second(moment), moment[0], torque()}, {slope[0], second(slope)});
+    const Place &force = state_.beam.force(), &moment = state_.beam.moment();
+    const BaseAxes axes(state_.base.tilt);
+    const Vector f = axes.force({force[0], second(force), -state_.along});
+    const Vector m = axes.moment({moment[0], second(moment)}, state_.beam.turning());
     result.wrench = {f[0], f[1], f[2], m[0], m[1], m[2]};
-  }
-  /// A vector in axes that are turned with the base, by its slopes as an angle.
-  static Vector in_base(const Vector& v, const std::array<double, 2>& slope) noexcept {
-    const double square = std::min(2.0, slope[0] * slope[0] + slope[1] * slope[1]);
-    const double sine =
-        1.0 - square * (1.0 / 6.0) * (1.0 - square * (1.0 / 20.0) * (1.0 - square * (1.0 / 42.0)));
-    const double rest =
-        0.5 - square * (1.0 / 24.0) * (1.0 - square * (1.0 / 30.0) * (1.0 - square * (1.0 / 56.0)));
-    const double along = slope[0] * v[0] + slope[1] * v[1], across = sine * v[2] + rest * along;
-    return {v[0] - slope[0] * across, v[1] - slope[1] * across, v[2] * (1.0 - square * rest) + sine * along};
   }
 
   Axial axial_;

@@ -29,8 +29,10 @@ struct FlexibleState {
   BentSample last{};
   Base base{};            ///< of the last accepted step
   Slide slide{};          ///< of the shaft
+  double slid = 0.0;      ///< travel of the shaft that base and shape give, which limits may hold back [m]
   double reached = 0.0;   ///< travel of the tip, negative above the tissue [m]
-  double force = 0.0;     ///< along the axis at the base [N]
+  double along = 0.0;     ///< axial force in the needle at its base [N]
+  double force = 0.0;     ///< of a hand that pushes it on there [N]
   double tip_pull = 0.0;  ///< what the lateral energy gains per travel of the tip [N]
   double give = 0.0;      ///< how much less the shaft slides per force [m/N]
   Place touch{};          ///< where a tip on the surface is unloaded
