@@ -170,7 +170,8 @@ class CondensedInsertion(core.CondensedInsertion):
         Of ``Tissue.condense`` or ``load_condensed``.
     model : Model
         Friction per length, cutting and puncture in each layer; friction must have a sliding force per length without
-        memory (``coulomb``, ``karnopp``, ``lugre``), and the model no relaxation.
+        memory (``coulomb``, ``karnopp``, ``lugre``). A relaxation, ``prony`` alone and the same in each layer, is that
+        of the solid, its contact and its tip.
     max_speed : float
         Largest speed between two steps [m/s]; a faster step is refused.
     hold_time : float
