@@ -169,9 +169,8 @@ class CondensedInsertion(core.CondensedInsertion):
     tissue : CondensedTissue
         Of ``Tissue.condense`` or ``load_condensed``.
     model : Model
-        Friction per length, cutting and puncture in each layer; friction must have a sliding force per length without
-        memory (``coulomb``, ``karnopp``, ``lugre``). A relaxation, ``prony`` alone and the same in each layer, is that
-        of the solid, its contact and its tip.
+        Friction per length, cutting and puncture in each layer; friction has a sliding force per length without memory
+        (``coulomb``, ``karnopp``, ``lugre``). A ``prony``, the same in each layer, is that of solid, contact and tip.
     max_speed : float
         Largest speed between two steps [m/s]; a faster step is refused.
     hold_time : float
