@@ -20,8 +20,8 @@ EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
 @dataclass(frozen=True, order=True)
 class File:
     """A file, or one of several recordings in it; ``name`` is its path relative to the common folder of all files, with
-    ``/`` on every system, and after a colon the name of the recording, which ``part`` is for ``nf.read``; ``why`` says
-    why it is not read."""
+    ``/`` on every system, and after a colon the name of the recording, which ``part`` is for ``nf.read``; ``why`` is
+    the reason for which it is not read."""
 
     name: str
     path: Path
