@@ -169,8 +169,8 @@ def _read(path: Path) -> Any:
 
 
 def _cells_table(found: Any, shape: str, shapes: list[str], path: Path) -> Table:
-    """The cells of one shape: columns of their corners, of the number of a named set, and of data. What ``Table`` says
-    of a text is another thing here: ``comments`` are numbers with their names, ``preamble`` names of the sets."""
+    """The cells of one shape: columns of their corners, of the number of a named set, and of data; ``comments`` are
+    numbers with their names, ``preamble`` the names of the sets."""
     chosen = [k for k, each in enumerate(shapes) if each == shape]
     cells = np.concatenate([np.asarray(found.cells[k].data)[:, : _CORNERS[shape]] for k in chosen])
     starts = dict(zip(chosen, np.cumsum([0, *(len(found.cells[k].data) for k in chosen)])))
