@@ -83,7 +83,7 @@ def in_range(
     place: Callable[[int], str] | None = None,
 ) -> np.ndarray:
     """The values as an array if each is a number of the range and its shape, where one is stated, is this; ``place``
-    says where a row is, which otherwise is named by its number."""
+    states where a row is, which otherwise is named by its number."""
     array = _array(values)
     if shape is not None and array.shape != shape:
         raise InputError(quantity, f"shape {array.shape}", f"must be {shape}", next_step=next_step)
