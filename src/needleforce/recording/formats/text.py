@@ -134,7 +134,7 @@ def _no_table(path: Path, lines: Sequence[str]) -> InputError:
     if rows:
         return InputError("table", "missing", "there are numbers, but not in common columns", str(path), _EXPORT)
     joined = next((number for number, line in enumerate(lines, 1) if any(each.isdigit() for each in line)), None)
-    if joined:  # what stands there is not shown, as it may be of any file
+    if joined:  # not quoted, as the file may be a private one
         limit = "cells that are plain numbers are needed, those with digits are joined with text"
         return InputError("table", "missing", limit, f"{path}, line {joined}", _EXPORT)
     step = "Record again, or check that the export was complete."
