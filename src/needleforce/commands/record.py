@@ -119,8 +119,8 @@ def run(given: RecordFlags) -> None:
         "stop": outcome.stop and outcome.stop._asdict(),
     }
     try:
-        _print_outcome(outcome)
         write_json(document, given.json)
+        _print_outcome(outcome)
     except BaseException:  # a closed terminal, a missing folder, Ctrl-C: the axis comes first
         _exit(True, outcome.rest_confirmed)
         raise
