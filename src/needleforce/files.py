@@ -114,10 +114,13 @@ def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITI
     return content
 
 
-def digest(path: str | os.PathLike) -> str:
-    """The SHA-256 of a file. Raises InputError as ``open_regular``."""
-    with open_regular(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+def digest(*paths: str | os.PathLike) -> str:
+    """The SHA-256 of a file, or of several as one. Raises InputError as ``open_regular``."""
+    found = hashlib.sha256()
+    for path in paths:
+        with open_regular(path) as file:
+            hashlib.file_digest(file, lambda: found)
+    return found.hexdigest()
 
 
 @contextmanager
