@@ -91,15 +91,15 @@ def plain(folder):
 
 
 FAULTS = {
-    "missing": (lambda folder: (folder / PARTS[2]).unlink(), "part 3 is missing.*part 2 says that it follows"),
+    "missing": (lambda folder: (folder / PARTS[2]).unlink(), "part 3 is missing, .*one after the other"),
     "the last missing": (lambda folder: (folder / PARTS[3]).unlink(), "part 4 is missing"),
-    "doubled": (lambda folder: shutil.copy(folder / PARTS[1], folder / PARTS[2]), "part 3 is part 2, .*doubled"),
+    "doubled": (lambda folder: shutil.copy(folder / PARTS[1], folder / PARTS[2]), "part 3 is 2, .*one after the other"),
     "exchanged": (
         lambda folder: rename(folder, (PARTS[1], "a.mcap"), (PARTS[2], PARTS[1]), ("a.mcap", PARTS[2])),
-        "part 2 is part 3, .*exchanged",
+        "part 2 is 3, .*one after the other",
     ),
-    "of another recording": (foreign, "part 3 is of another recording"),
-    "no part": (plain, "part 2 is of another recording"),
+    "of another recording": (foreign, "part 3 is of another run"),
+    "no part": (plain, "part 2 is of another run"),
     "no log": (lambda folder: (folder / PARTS[1]).write_text("time,force\n1,2\n"), "not an MCAP file"),
     "asked for": (lambda folder: None, "part0005.*it has part0001 to part0004"),
 }

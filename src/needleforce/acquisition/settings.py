@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from ..checks import within
 from ..errors import InputError
+from ..files import MAX_PART_SAMPLES
 from ..recording.card import check_filter_length
-from ..recording.log.writer import MAX_PART_SAMPLES
 from ..wire.axis_lines import MAX_SILENCE_S
 from ..wire.net_ft import AXES
 from .axis_check import StopReport

@@ -12,7 +12,7 @@ import msgspec
 import typer
 
 from ..errors import InputError
-from ..recording.log.writer import MAX_PART_SAMPLES
+from ..files import MAX_PART_SAMPLES
 from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, live_view, say, write_json
 
@@ -65,7 +65,7 @@ class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
     same_site: Annotated[bool, typer.Option("--same-site", help=SAME_SITE_HELP)] = False
     needle: Annotated[str, typer.Option(help="Description of the needle, for the card.")] = ""
     tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = ""
-    part_s: Annotated[float, typer.Option(help="Time after which the recording goes on in the next file.")] = math.inf
+    part_s: Annotated[float, typer.Option(help="Time after which the recording continues in the next file.")] = math.inf
     part_readings: Annotated[int, typer.Option(help="Readings after which it does.")] = MAX_PART_SAMPLES
     plain: Annotated[bool, typer.Option("--plain", help="Print one line per second instead of a panel.")] = False
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None

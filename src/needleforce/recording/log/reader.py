@@ -165,58 +165,42 @@ def _log(collected: Collected, read: "list[_Contents]", notes: list[Note]) -> Lo
 
 def _parts(path: Path, part: str | None, collected: Collected, notes: list[Note]) -> "Iterator[_Contents]":
     """The files of a recording in their order, each to be read before the next is looked for: the recorder, which may
-    be at work, begins a part before it ends the one before."""
-    first = _facts_of_part(path)
+    be at work, begins a part before it ends the one before. Raises InputError for one that is missing or another."""
+    first = _facts_of_part(path) or {}
     if part is not None:
         yield _Contents(collected, _chosen_file(path, first, part))
         return
-    file, number = path, 1
-    while file is not None:
-        contents = _Contents(collected, file)
-        yield contents
-        number, end = number + 1, contents.metadata.get(END, {})
-        file = part_path(path, number) if (first or {}).get("part") == "1" else None
-        if file is None or not file.exists():
-            if CONTINUED in end and file is not None:
-                step = f"Put it there, or read the others each by itself, such as --part part{number - 1:04}."
-                raise InputError(
-                    f"part {number}", "missing", f"part {number - 1} says that it follows", str(file), step
-                )
-            return
-        facts = _facts_of_part(file)
+    yield (contents := _Contents(collected, path))
+    number, file = 2, part_path(path, 2)
+    while first.get("part") == "1" and (file.exists() or CONTINUED in contents.metadata.get(END, {})):
+        facts = _facts_of_part(file) if file.exists() else {"part": "missing", "run": first.get("run")}
         if facts is None and not part_path(path, number + 1).exists():
             notes.append(Note("incomplete", f"part {number} was only begun: it holds no readings"))
             return
-        _check_part(file, number, facts or {}, first["run"])
+        what = (facts or {}).get("part", "none") if (facts or {}).get("run") == first.get("run") else "of another run"
+        if what != str(number):
+            limit = "the files are not those that were recorded one after the other"
+            step = "Put them back, or read each by itself, such as with --part part0001."
+            raise InputError(f"part {number}", what, limit, str(file), step)
+        yield (contents := _Contents(collected, file))
+        number, file = number + 1, part_path(path, number + 1)
 
 
-def _check_part(file: Path, number: int, facts: Mapping[str, str], run: str) -> None:
-    """Raise InputError for a file that is not this part of this run."""
-    step = "Put the files back as they were recorded, or read each by itself."
-    if facts.get("run") != run:
-        raise InputError(f"part {number}", "of another recording", "the first part has another number", str(file), step)
-    if facts.get("part") != str(number):
-        limit = "a file was doubled, exchanged or renamed"
-        raise InputError(f"part {number}", f"part {facts.get('part')}", limit, str(file), step)
-
-
-def _chosen_file(path: Path, first: Mapping[str, str] | None, part: str) -> Path:
+def _chosen_file(path: Path, first: Mapping[str, str], part: str) -> Path:
     """The file of one part of a recording, named as in its file."""
-    names = [f"part{1:04}"]
-    while (first or {}).get("part") == "1" and part_path(path, len(names) + 1).exists():
-        names.append(f"part{len(names) + 1:04}")
-    if part not in names or len(names) == 1:
-        limit = f"it has {names[0]} to {names[-1]}" if len(names) > 1 else "a log has one recording"
-        step = "Give one of these." if len(names) > 1 else "Leave it out."
+    files = {"part0001": path}
+    while first.get("part") == "1" and (file := part_path(path, len(files) + 1)).exists():
+        files[file.stem.rpartition(".")[2]] = file
+    if part not in files or len(files) == 1:
+        limit = f"it has part0001 to {list(files)[-1]}" if len(files) > 1 else "a log has one recording"
+        step = "Give one of these." if len(files) > 1 else "Leave it out."
         raise InputError("part", repr(part[:60]), limit, str(path), step)
-    return part_path(path, names.index(part) + 1)
+    return files[part]
 
 
 def _facts_of_part(path: Path) -> dict[str, str] | None:
     """What a file says of the part that it is, empty if nothing; None for one that ends before."""
-    if path.stat().st_size < len(MCAP):
-        return None
-    for code, record in RecordReader(path).records():
+    for code, record in RecordReader(path).records() if path.stat().st_size >= len(MCAP) else ():
         if code in (CHUNK, MESSAGE, SCHEMA):
             return {}
         if code == METADATA and (found := _metadata(record).get(PART)):

@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ...errors import InputError
-from ...files import atomic_write, checked_target
+from ...files import MAX_PART_SAMPLES, atomic_write, checked_target
 from ..recording import Recording
 from .ros_messages import (
     JOINT_STATE,
@@ -27,7 +27,6 @@ from .ros_messages import (
 WRENCH_TOPIC, AXIS_TOPIC, MARKS_TOPIC = "/needle/wrench", "/needle/axis", "/needle/marks"
 CARD, PART, END = "needleforce", "needleforce.part", "needleforce.end"  # names of the metadata records
 CONTINUED = "continued"  # in the last record of a part: the name of the next one
-MAX_PART_SAMPLES = 1 << 22  # wrenches: ten minutes at 7 kHz, 70 at 1 kHz, read within 2 GB
 _MAX_PARTS = 9999  # whose names sort; the last one takes what is left
 STANDING = ("bias", "axis", "phase")  # marks that hold until the next of their kind: each part repeats them
 _TOPICS = {WRENCH_TOPIC: WRENCH_STAMPED, AXIS_TOPIC: JOINT_STATE, MARKS_TOPIC: STRING}
