@@ -199,7 +199,7 @@ def _chosen_file(path: Path, first: Mapping[str, str], part: str) -> Path:
 
 
 def _facts_of_part(path: Path) -> dict[str, str] | None:
-    """What a file says of the part that it is, empty if nothing; None for one that ends before."""
+    """What a file states of the part that it is, empty if nothing; None for one that ends before."""
     for code, record in RecordReader(path).records() if path.stat().st_size >= len(MCAP) else ():
         if code in (CHUNK, MESSAGE, SCHEMA):
             return {}

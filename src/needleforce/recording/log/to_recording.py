@@ -267,11 +267,11 @@ def _settle(stream: Stream, log: Log, options: ReadOptions, assumed: AssumedMoti
 
 def _merged(notes: list[Note]) -> list[Note]:
     """The notes of blocks, of those that differ in their numbers only the one with the largest count, and the sum."""
-    alike: dict[tuple[str, str], list[Note]] = {}
+    similar: dict[tuple[str, str], list[Note]] = {}
     for note in dict.fromkeys(notes):
-        alike.setdefault((note.kind, _NUMBER.sub("#", note.message)), []).append(note)
+        similar.setdefault((note.kind, _NUMBER.sub("#", note.message)), []).append(note)
     merged = []
-    for several in alike.values():
+    for several in similar.values():
         first, total = max(several, key=lambda note: note.count), sum(note.count for note in several)
         more = f" (in the worst of {len(several)} blocks; {total} in all)" if len(several) > 1 else ""
         merged.append(Note(first.kind, first.message + more, total))
