@@ -78,7 +78,7 @@ class Decimated:
 
 
 def decimated(recording: Recording, rate: float) -> Recording:
-    """A recording at a lower rate [Hz]; its card says how it was reduced. Raises InputError for a rate that is not
+    """A recording at a lower rate [Hz]; its card states how it was reduced. Raises InputError for a rate that is not
     lower."""
     reduced = Decimated(rate)
     reduced.add({name: getattr(recording, name) for name in COLUMNS} | recording.axes)
