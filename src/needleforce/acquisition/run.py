@@ -203,6 +203,7 @@ class Run:
             dropped=self._run_writer.dropped,
             buffer=self._run_writer.buffer,
             restarts=self._run_writer.restarts,
+            unwritten=self._run_writer.unwritten,
             stop=stop,
         )
 

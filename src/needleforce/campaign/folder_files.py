@@ -3,6 +3,7 @@
 
 import glob
 import os
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +16,7 @@ from ..state_folder import STATE, is_state_folder
 
 _LINK = "it is a link that leads out of the folder; name it, or follow links"
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
+_PART = re.compile(r"\.part\d{4}(?=\.mcap$)")
 
 
 @dataclass(frozen=True, order=True)
@@ -55,6 +57,8 @@ def find_files(
             path = Path(os.path.abspath(path))
             links |= {path} if outside else set()
             found[path] = found.get(path, False) or is_named or path.suffix.lower() in EXTENSIONS
+    first = {path: path.with_name(_PART.sub("", path.name)) for path in found}  # which is read with what continues it
+    found = {path: known for path, known in found.items() if first[path] == path or first[path] not in found}
     if not found:
         raise InputError("source", "empty", "no file to identify", next_step="Give a folder, a glob or files.")
     common = Path(os.path.commonpath([path.parent for path in found]))
