@@ -131,6 +131,8 @@ class RunResult:
         Time for which that buffer holds unread readings [s].
     restarts : int
         How often the sensor's counter restarted.
+    frozen_axes : tuple of str
+        Axes of the sensor across the needle that froze; nothing is limited by them.
     stop : StopReport or None
         What the axis did after its last stop; None without an axis that was moved.
     """
@@ -151,6 +153,7 @@ class RunResult:
     dropped: int = 0
     buffer: float = math.inf
     restarts: int = 0
+    frozen_axes: tuple[str, ...] = ()
     stop: StopReport | None = None
 
     @property
