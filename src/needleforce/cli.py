@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line. Exit code 0: done; 1: no file gave a result, with the reason for each; 2: wrong usage."""
 
+import errno
 import os
 import sys
 from importlib import import_module
@@ -81,7 +82,9 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left is flushed at the end
         sys.exit(0)
     except OSError as error:
-        say(f"needleforce: {error.strerror}: {error.filename or 'standard output'}")
+        # a file that is written has its name in the error
+        name = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
+        say(f"needleforce: {': '.join(filter(None, (error.strerror or str(error), name)))}")
         sys.exit(1)
     except MemoryError:
         say("needleforce: the memory of this computer is not sufficient for the files given.")

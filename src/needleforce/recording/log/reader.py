@@ -10,7 +10,7 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from ...errors import InputError, install_step
-from ...files import BAG, MAX_RECORDING_BYTES, MCAP, open_regular, read_bytes
+from ...files import BAG, MAX_RECORDING_BYTES, MCAP, leads_out, open_regular, read_bytes
 from ..recording import Note
 from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
 from .messages import Log
@@ -64,13 +64,18 @@ def _bag_files(folder: Path) -> tuple[str, list[Path]]:
     from ruamel.yaml import YAML
 
     text = read_bytes(folder / BAG, "bag", _MAX_METADATA_BYTES)
-    if b"<<" in text or text.count(b"[") + text.count(b"{") > _MAX_BRACKETS:
-        # a merged mapping can double at every level, and the parser's time grows with the square of open brackets
-        raise ValueError(f"{BAG} contains a merge key or more than {_MAX_BRACKETS} brackets")
+    if text.count(b"[") + text.count(b"{") > _MAX_BRACKETS:  # the parser's time grows with the square of open ones
+        raise ValueError(f"{BAG} contains more than {_MAX_BRACKETS} brackets")
+    for event in YAML(typ="safe").parse(text.decode()):  # what is merged or repeated can double at every level
+        if getattr(event, "anchor", None) or getattr(event, "tag", None) or getattr(event, "value", None) == "<<":
+            raise ValueError(f"{BAG} contains an anchor, an alias, a tag or a merge key")
     size = 0
     for path in folder.iterdir():
         with open_regular(path, "file of a bag") as file:
             size += file.seek(0, os.SEEK_END)
+        if leads_out(path, folder):
+            limit, step = f"leads out of {folder}", "Put the file itself into the folder."
+            raise InputError("file of a bag", "a link", limit, str(path), step)
     if size > MAX_RECORDING_BYTES:
         limit, advice = f"at most {MAX_RECORDING_BYTES} are read", "Split it, for example with ros2 bag convert."
         raise InputError("size of the bag", f"{size} bytes", limit, str(folder), advice)
