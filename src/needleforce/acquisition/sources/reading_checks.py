@@ -208,7 +208,7 @@ class QuietCheck:
 
     def __init__(self):
         self.readings = math.inf
-        self._least = self._sum = 0.0
+        self._quiet_sum = self._sum = 0.0
         self._squares: deque[float] = deque()
         self._last = (math.nan, math.nan)
 
@@ -226,7 +226,7 @@ class QuietCheck:
         if share < 1.0:
             rarity = math.log(1.0 / share) - 1.0 + share
             self.readings = math.ceil(-2.0 * correlated * math.log(_FALSE_ALARMS) / rarity)
-            self._least = _QUIET * variance * self.readings
+            self._quiet_sum = _QUIET * variance * self.readings
 
     def add(self, force: float) -> bool:
         """Whether the readings up to this one are too quiet."""
@@ -238,9 +238,9 @@ class QuietCheck:
         self._squares.append(square)
         self._sum += square
         if len(self._squares) <= self.readings:
-            return len(self._squares) == self.readings and self._sum < self._least
+            return len(self._squares) == self.readings and self._sum < self._quiet_sum
         self._sum -= self._squares.popleft()
-        return self._sum < self._least
+        return self._sum < self._quiet_sum
 
 
 class ScaleCheck:
