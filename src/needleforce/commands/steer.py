@@ -156,6 +156,9 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
     from ..steering import SteeringLimits
 
     check_outputs([given.output, given.json, given.page.check()], [model, given.measured])
+    readings = None if given.measured is None else nf.steering.read(given.measured)[-1]
+    for doubt in readings.doubts if readings else ():
+        say(f"{readings.name}: {doubt}")
     limits = SteeringLimits(
         max_lateral=1e-3 * given.max_lateral_mm,
         max_lateral_step=1e-3 * given.max_lateral_step_mm,
@@ -164,7 +167,6 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
         max_lateral_force=given.max_lateral_force_n,
         max_moment=1e-3 * given.max_moment_nmm,
     )
-    readings = None if given.measured is None else nf.steering.read(given.measured)[-1]
     with _progress_line("planning") as progress:
         found = nf.steering.plan(
             nf.steering.load(model),
@@ -190,11 +192,12 @@ def _simulate_rig(output: Path, motion: Path | None, *, insertions: int, seed: i
     """Tracked tips of insertions of the steering rig: along a motion, or half of them steered at random."""
     import numpy as np
 
+    from ..checks import random_seed
     from ..rig import SteeringPhantom, steering_insertion, write_steering
 
     if not 1 <= insertions <= 1000:
         raise InputError("--insertions", insertions, "must be 1 to 1000", next_step="Give 6.")
-    rng, made = np.random.default_rng(seed), []
+    rng, made = np.random.default_rng(random_seed(seed, "--seed")), []
     for number in range(insertions):
         moves = _motion(motion, depths, 0.0)
         insertion, base = steering_insertion(seed, number, SteeringPhantom(), axial=axial), np.zeros(2)
