@@ -258,7 +258,7 @@ class SafetyMonitor:
         return False
 
     def _watch(self, sample: ForceSample) -> None:
-        """What a usable reading says about the sensor itself, in constant time."""
+        """What a usable reading shows of the sensor itself, in constant time."""
         self._too_quiet |= self._quiet.add(sample.wrench[self._settings.column])
         self._scaled = min(self._scaled, self._scale.add(sample.wrench))
         now = sample.arrival / _SECOND
