@@ -21,6 +21,8 @@ MAX_RECORDING_BYTES = 1 << 31
 """Bytes of a recording: five hours at 1 kHz in text with twelve columns."""
 MAX_SAMPLES = 1 << 25
 """Samples of a recording: nine hours at 1 kHz, 80 minutes of the fastest sensor at 7 kHz."""
+MAX_PART_SAMPLES = 1 << 22
+"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 2 GB of memory."""
 MAX_DEFINITION_BYTES = 1 << 20
 """Bytes of a file of parameters, of a table of readings or of file names; those shipped have at most 6 kB."""
 MAX_RESULT_BYTES = 1 << 23
@@ -126,10 +128,13 @@ def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITI
     return content
 
 
-def digest(path: str | os.PathLike) -> str:
-    """The SHA-256 of a file. Raises InputError as ``open_regular``."""
-    with open_regular(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+def digest(*paths: str | os.PathLike) -> str:
+    """The SHA-256 of a file, or of several as one. Raises InputError as ``open_regular``."""
+    found = hashlib.sha256()
+    for path in paths:
+        with open_regular(path) as file:
+            hashlib.file_digest(file, lambda: found)
+    return found.hexdigest()
 
 
 @contextmanager

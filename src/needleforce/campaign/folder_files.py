@@ -3,6 +3,7 @@
 
 import glob
 import os
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from ..recording.formats.detect import ARCHIVE, JSON, TEXT, format_of
 from ..state_folder import STATE, is_state_folder
 
 EXTENSIONS = (".csv", ".tsv", ".txt", ".dat", ".parquet", ".mcap")
+_PART = re.compile(r"\.part\d{4}(?=\.mcap$)")
 
 
 @dataclass(frozen=True, order=True)
@@ -47,6 +49,8 @@ def find_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple
         for path, is_named in _expanded(each):
             path = Path(os.path.abspath(path))
             found[path] = found.get(path, False) or is_named or path.suffix.lower() in EXTENSIONS
+    first = {path: path.with_name(_PART.sub("", path.name)) for path in found}  # which is read with what continues it
+    found = {path: known for path, known in found.items() if first[path] == path or first[path] not in found}
     if not found:
         raise InputError("source", "empty", "no file to identify", next_step="Give a folder, a glob or files.")
     common = Path(os.path.commonpath([path.parent for path in found]))

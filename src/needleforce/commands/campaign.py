@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce campaign``: identify a model for each condition in a folder of recordings."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
 
-from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP
 from .flags import takes_flags
@@ -75,26 +73,12 @@ def run(
             "stopped" if given.state is None else f"stopped; {given.state} has what is done, the same command continues"
         )
         raise typer.Exit(130) from None
-    written = [
-        _is_written(lambda: write_json(done.to_json(), given.json) if given.json is not None else None),
-        _is_written(lambda: write_file("written", given.table, done.save_table)),
-        _is_written(lambda: given.page.write(done.report)),
-    ]
+    write_json(done.to_json() if given.json is not None else None, given.json)
+    write_file("written", given.table, done.save_table)
+    given.page.write(done.report)
     _show(done, quiet=given.json == "-")
-    if not all(written):
-        raise typer.Exit(InputError.exit_code)
     if not any(one.has_parameters for one in done.recordings):
         raise typer.Exit(1)
-
-
-def _is_written(write: Callable[[], None]) -> bool:
-    """Write an output; one that cannot be written is reported, and does not keep the others from being written."""
-    try:
-        write()
-    except InputError as error:
-        say(f"needleforce: {error}")
-        return False
-    return True
 
 
 def _show(done: "Campaign", quiet: bool) -> None:

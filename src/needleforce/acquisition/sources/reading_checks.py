@@ -245,7 +245,7 @@ class QuietCheck:
 
 class ScaleCheck:
     """Whether all axes fell by one factor between two means of 20 readings, with one mean in between: a sensor that
-    loses its scale takes its bias along, a force leaves it. Three axes at least whose force is small beside their bias
+    loses its scale takes its bias along, a force leaves it. Three axes at least whose force is small next to their bias
     must have fallen clearly, by the same factor."""
 
     def __init__(self):
