@@ -207,11 +207,8 @@ class Run:
             dropped=self._run_writer.dropped,
             buffer=self._run_writer.buffer,
             restarts=self._run_writer.restarts,
-<<<<<<< HEAD
             frozen_axes=tuple(self._monitor.frozen_axes),
-=======
             unwritten=self._run_writer.unwritten,
->>>>>>> main
             stop=stop,
         )
 

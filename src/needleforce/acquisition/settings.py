@@ -140,13 +140,10 @@ class RunResult:
         Time for which that buffer holds unread readings [s].
     restarts : int
         How often the sensor's counter restarted.
-<<<<<<< HEAD
     frozen_axes : tuple of str
         Axes of the sensor across the needle that froze; nothing is limited by them.
-=======
     unwritten : int
         Readings that arrived and are not in the file, because it could not be written.
->>>>>>> main
     stop : StopReport or None
         What the axis did after its last stop; None without an axis that was moved.
     """
@@ -167,11 +164,8 @@ class RunResult:
     dropped: int = 0
     buffer: float = math.inf
     restarts: int = 0
-<<<<<<< HEAD
     frozen_axes: tuple[str, ...] = ()
-=======
     unwritten: int = 0
->>>>>>> main
     stop: StopReport | None = None
 
     @property
