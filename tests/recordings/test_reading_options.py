@@ -29,6 +29,7 @@ GIVEN = {
     "hold": ("--hold-s", "3", 3.0), "motion_shift": ("--motion-shift-s", "1.35", 1.35),
     "segment": ("--segment", "step=2", {"step": "2"}),
     "first_row": ("--first-row", "5", 5), "filter_length": ("--filter-length", "4", 4),
+    "decimate_to": ("--decimate-to-hz", "100", 100.0),
     "mapping": ("--as", "rig", "rig"), "motion": ("--motion", "axis.csv", "axis.csv"),
     "start_depth": ("--start-depth-mm", "-2.5", -2.5e-3),
 }  # fmt: skip

@@ -68,13 +68,13 @@ def simulate(given: SteerSimulateFlags) -> None:
         return
     moves = _motion(given.motion, _depths(given.depth_mm, given.step_mm), given.roll_deg)
     run = nf.steering.simulate(nf.steering.load(given.model), moves, axial=laws)
-    run.write(given.output)
+    write_file("steps", given.output, run.write)
     given.page.write(run.report)
     if run.lost.any():
         say("warning: the needle buckles, or a step is impossible; see the column status")
     x, y, z = 1e3 * run.tip[-1]
     force = f", axial force {run.force[-1]:.3f} N" * bool(run.force.any())  # without laws of it, none is known
-    show(f"{given.output}: {len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm{force}")
+    show(f"{len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm{force}")
 
 
 class SteerIdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
@@ -115,13 +115,13 @@ def identify(
     with _progress_line("identifying") as progress:
         fit = nf.steering.identify(measured, needle_of(given.needle), progress=progress, **options)
     write_json(fit.to_json(), given.json)
+    given.page.write(fit.report)
+    write_file("model", given.save, fit.save)
     if given.json != "-":
         table(fit.heading(), *fit.cells())
         table("residual of each insertion", *fit.insertion_table())
     for remark in fit.remarks():
         say(remark)
-    given.page.write(fit.report)
-    write_file("model", given.save, fit.save)
 
 
 class SteerPlanFlags(msgspec.Struct, frozen=True, kw_only=True):
@@ -180,8 +180,7 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
             progress=progress,
         )
     write_json(found.to_json(), given.json)
-    if given.output:
-        found.motion.write(given.output)
+    write_file("motion", given.output, found.motion.write)
     given.page.write(found.report)
     _show_plan(found, quiet=given.json == "-")
     if found.faults:
