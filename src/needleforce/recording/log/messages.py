@@ -2,6 +2,7 @@
 """The content of a log before it becomes a recording: messages with their counters and clocks, and marks."""
 
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -95,6 +96,8 @@ class Log:
         What could not be read.
     others : tuple of str
         Topics of other types, which are not read, each with its type.
+    files : tuple of Path
+        The MCAP files, in order.
     """
 
     wrench: Messages
@@ -105,6 +108,7 @@ class Log:
     complete: bool
     notes: list[Note] = field(default_factory=list)
     others: tuple[str, ...] = ()
+    files: tuple[Path, ...] = ()
 
 
 def in_sequence(counters: np.ndarray, arrays: list[np.ndarray], topic: str) -> Messages:
