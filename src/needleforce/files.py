@@ -8,7 +8,7 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
@@ -37,6 +37,8 @@ _STEPS = {"a folder": "Name a file in it.", "a link": "Name the file to which it
 _OPEN = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_LINK | getattr(os, "O_BINARY", 0)
+
+_FIRST_BYTES = 1 << 12  # of a file, that tell whether it was written anew
 
 _MAX_TOML_DEPTH = 16  # tables within tables, or parts of a dotted key: a preset has 4
 _MAX_TOML_WORD = 300  # characters of a number or a bare key: the largest float in full has 309, of which 17 count
@@ -83,6 +85,25 @@ def open_regular(
         file.close()
         raise
     return file
+
+
+def same_file(path: str | os.PathLike) -> Callable[[], None]:
+    """A check that raises InputError if the name has another file than now, or one written anew; it may grow at its
+    end."""
+
+    def state() -> tuple[tuple[int, int], int, int, bytes]:
+        with open_regular(path) as file:
+            found = os.fstat(file.fileno())
+            return (found.st_dev, found.st_ino), found.st_size, found.st_mtime_ns, file.read(_FIRST_BYTES)
+
+    def check() -> None:
+        now = state()
+        if now != opened and not (now[0] == opened[0] and now[1] > opened[1] and now[3].startswith(opened[3])):
+            limit, step = "what was read is of two files", "Read it again when it is complete."
+            raise InputError("file", "changed while it was read", limit, str(path), step)
+
+    opened = state()
+    return check
 
 
 def leads_out(path: Path, folder: Path) -> bool:

@@ -24,6 +24,7 @@ ONLY_FITTED = (
     "note: the values of a condition are those of the repeats used; the others, named above, were left out or not "
     "fitted. With --model cone_cylinder, for example, every file is fitted with that model."
 )
+LINKS_HELP = "Also read files of a folder that are links to what is not in it."
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
@@ -35,6 +36,7 @@ class CampaignFlags(msgspec.Struct, frozen=True, kw_only=True):
     model: Annotated[str | None, typer.Option(help="Model for all conditions, as for identify.")] = None
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
     reading: ReadOptions
+    follow_links: Annotated[bool, typer.Option("--follow-links", help=LINKS_HELP)] = False
     jobs: Annotated[int | None, typer.Option(help=JOBS_HELP)] = None
     scheduler: Annotated[str | None, typer.Option(help=SCHEDULER_HELP)] = None
     state: Annotated[Path | None, typer.Option(help=STATE_HELP)] = None
@@ -57,13 +59,14 @@ def run(
     from ..campaign.result import check_table
     from ..preset_files import needle_of
 
-    files = [file.path for file in campaign_files(source)[0]] if source else []
+    files = [file.path for file in campaign_files(source, given.follow_links)[0]] if source else []
     check_outputs([given.table, given.page.check(), given.json], [*files, given.labels, given.needle])
     if given.table is not None:
         check_table(given.table)
     body = needle_of(given.needle) if given.needle else None
     options = {"pattern": given.pattern, "mapping": given.labels, "model": given.model, "needle": body}
     options |= {"jobs": given.jobs, "scheduler": given.scheduler, "state": given.state}
+    options["follow_links"] = given.follow_links
     reading = given.reading.of_every_file() | {"instrument": given.reading.mapping}
     show_log()
     try:
