@@ -39,6 +39,8 @@ class Table:
     ----------
     path : Path
         The file.
+    check_same : callable
+        Raises InputError if the file was replaced since it was opened.
     headers : list of str
         The name of each column.
     read_column : callable, optional
@@ -80,6 +82,7 @@ class Table:
     """
 
     path: Path
+    check_same: Callable[[], None] = lambda: None
     headers: list[str]
     read_column: Callable[[int], np.ndarray] | None = None
     lines: "TextRows | None" = None
@@ -121,6 +124,7 @@ class Table:
         columns = [self.first_column + index for index in indices]
         rest = [self.stamp.rest] if self.stamp and self.stamp.whole in columns else []
         values, complete = self._whole_columns([*columns, *rest])
+        self.check_same()
         if self.stamp and rest:
             parts = values.pop() / self.stamp.per_second
             values = [each + parts if k == self.stamp.whole else each for k, each in zip(columns, values)]
@@ -158,6 +162,7 @@ class Table:
     def texts(self, index: int) -> list[str]:
         """The values of a column as texts."""
         cells = self._whole_texts(self.first_column + index)
+        self.check_same()
         if isinstance(self.rows, np.ndarray):
             return [cells[row] for row in self.rows]
         return cells if self.rows is None else cells[self.rows]
@@ -201,7 +206,9 @@ class Table:
 
     def digest(self) -> str:
         """SHA-256 of the file."""
-        return self.sha256 if self.lines is None else self.lines.digest()
+        found = self.sha256 if self.lines is None else self.lines.digest()
+        self.check_same()
+        return found
 
     @property
     def is_large(self) -> bool:
