@@ -140,6 +140,8 @@ class RunResult:
         Time for which that buffer holds unread readings [s].
     restarts : int
         How often the sensor's counter restarted.
+    frozen_axes : tuple of str
+        Axes of the sensor across the needle that froze; nothing is limited by them.
     unwritten : int
         Readings that arrived and are not in the file, because it could not be written.
     stop : StopReport or None
@@ -162,6 +164,7 @@ class RunResult:
     dropped: int = 0
     buffer: float = math.inf
     restarts: int = 0
+    frozen_axes: tuple[str, ...] = ()
     unwritten: int = 0
     stop: StopReport | None = None
 

@@ -220,6 +220,8 @@ def _print_outcome(outcome: "RunResult") -> None:
         say(f"warning: {outcome.unwritten} readings arrived and are not in the file, which could not be written")
     if outcome.dropped:
         say(f"warning: {outcome.dropped} of the lost packets were dropped because this computer's buffer was full")
+    for name in outcome.frozen_axes:
+        say(f"warning: {name} froze: its values repeat more often than its noise at rest explains; check its cable")
     if outcome.buffer < 1.0:
         advice = "enlarge it with: sysctl -w net.core.rmem_max=4194304"
         say(f"warning: the receive buffer holds only {outcome.buffer:.2f} s of packets; {advice}")
@@ -245,12 +247,13 @@ def sources(
         return lambda: (lines, AxisClient(*axis_address) if axis_address else None), None
     host, port = address(sensor, net_ft.PORT)
     configuration = read_configuration(host, page)
+    watched = page or f"http://{host}/{net_ft.PAGE}"
 
     def opened() -> tuple:
         if read_configuration(host, page) != configuration:
             limit, advice = "the sensor was exchanged or set up anew", "Start again."
             raise InputError("sensor's configuration", "changed", limit, next_step=advice)
-        return SensorClient(host, port, configuration), AxisClient(*axis_address) if axis_address else None
+        return SensorClient(host, port, configuration, watched), AxisClient(*axis_address) if axis_address else None
 
     return opened, configuration
 

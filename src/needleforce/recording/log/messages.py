@@ -118,7 +118,8 @@ def in_sequence(counters: np.ndarray, arrays: list[np.ndarray], topic: str) -> M
     """
     counted = _is_counter(counters)
     sequence = unwrapped(counters) if counted else np.arange(len(counters))
-    kept, first = np.unique(sequence, return_index=True)
+    increasing = bool(np.all(np.diff(sequence) > 0))  # then nothing is sorted or copied
+    kept, first = (sequence, slice(None)) if increasing else np.unique(sequence, return_index=True)
     arrival, device, stamp, values = (each[first] for each in arrays)
     return Messages(
         sequence=kept,
