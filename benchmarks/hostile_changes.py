@@ -17,6 +17,7 @@ from typing import NamedTuple
 import damaged_files
 import hostile_bombs as bombs
 import hostile_content as content
+import hostile_meshes as meshes
 import log_files
 
 from needleforce.wire.net_ft import SensorConfiguration
@@ -268,6 +269,10 @@ FORMATS = {
     ),
     "igor": Format(".ibw", _one(content.igor, 6), _bytes(kept=2), _drawn(bombs.igor_bomb)),
     "nanosurf": Format(".nid", _one(content.nanosurf, 6), _bytes(kept=9), _drawn(bombs.nanosurf_bomb)),
+    **{
+        kind: Format(ending, meshes.content(kind), _bytes((0.7, meshes.with_counts), kept=30), meshes.BOMBS[kind])
+        for kind, ending in meshes.ENDINGS.items()
+    },
 }  # fmt: skip
 BAG = "bag"  # a folder, for which the three functions here have ways of their own
 

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The command line. Exit code 0: done; 1: no file gave a result, with the reason for each; 2: wrong usage."""
 
+import errno
 import os
 import sys
 from importlib import import_module
@@ -10,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from .commands import bench_tests, inspect, steer
-from .commands.output import prepare_streams, say, typed
+from .commands.output import each_output, prepare_streams, say, typed
 from .errors import InputError, did_you_mean
 
 COMMANDS = ("demo", "inspect", "simulate", "identify", "campaign", "study", "compare", "indentation", "penetration",
@@ -27,6 +28,11 @@ class Commands(TyperGroup):
         inner = getattr(command, "commands", {}).get(rest[0] if rest else "", command)
         typed.begin(args, getattr(inner, "params", ()))
         return name, command, rest
+
+    def invoke(self, ctx: typer.Context) -> Any:
+        """The command, after which an output that could not be written makes the exit code that of an error."""
+        with each_output():
+            return super().invoke(ctx)
 
     def _resolved(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """A path is no command: one that exists, or that has a folder or an ending."""
@@ -81,7 +87,9 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left is flushed at the end
         sys.exit(0)
     except OSError as error:
-        say(f"needleforce: {error.strerror}: {error.filename or 'standard output'}")
+        # a file that is written has its name in the error
+        name = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
+        say(f"needleforce: {': '.join(filter(None, (error.strerror or str(error), name)))}")
         sys.exit(1)
     except MemoryError:
         say("needleforce: the memory of this computer is not sufficient for the files given.")

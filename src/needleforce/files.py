@@ -8,8 +8,8 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
@@ -21,6 +21,8 @@ MAX_RECORDING_BYTES = 1 << 31
 """Bytes of a recording: five hours at 1 kHz in text with twelve columns."""
 MAX_SAMPLES = 1 << 25
 """Samples of a recording: nine hours at 1 kHz, 80 minutes of the fastest sensor at 7 kHz."""
+MAX_PART_SAMPLES = 1 << 22
+"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 2 GB of memory."""
 MAX_DEFINITION_BYTES = 1 << 20
 """Bytes of a file of parameters, of a table of readings or of file names; those shipped have at most 6 kB."""
 MAX_RESULT_BYTES = 1 << 23
@@ -29,9 +31,14 @@ MAX_RESULT_BYTES = 1 << 23
 MCAP = b"\x89MCAP0\r\n"  # https://mcap.dev/spec
 BAG = "metadata.yaml"  # in the folder of a ROS 2 bag
 _BOM = b"\xef\xbb\xbf"  # byte order mark that some editors write before UTF-8
-_KINDS = {stat.S_ISDIR: "a folder", stat.S_ISFIFO: "a pipe", stat.S_ISSOCK: "a socket"}  # the others are devices
+# the others are devices
+_KINDS = {stat.S_ISDIR: "a folder", stat.S_ISFIFO: "a pipe", stat.S_ISSOCK: "a socket", stat.S_ISLNK: "a link"}
+_STEPS = {"a folder": "Name a file in it.", "a link": "Name the file to which it leads."}
 _OPEN = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
-_CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+_CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_LINK | getattr(os, "O_BINARY", 0)
+
+_FIRST_BYTES = 1 << 12  # of a file, that tell whether it was written anew
 
 _MAX_TOML_DEPTH = 16  # tables within tables, or parts of a dotted key: a preset has 4
 _MAX_TOML_WORD = 300  # characters of a number or a bare key: the largest float in full has 309, of which 17 count
@@ -50,16 +57,18 @@ _FORMULA = re.compile(r"'*[=+\-@\t\r\n＝＋－＠]")  # how a spreadsheet's for
 _NUMBER = re.compile(r"[+-]?\d+(\.\d*)?([eE][+-]?\d+)?")
 
 
-def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = MAX_RECORDING_BYTES) -> BinaryIO:
+def open_regular(
+    path: str | os.PathLike, what: str = "file", max_bytes: int = MAX_RECORDING_BYTES, links: bool = True
+) -> BinaryIO:
     """Open a regular file of a largest size for reading; ``what`` names its kind in messages, such as ``"preset"``.
-    Raises InputError if it is none, too large, or not readable.
+    Raises InputError if it is none, too large, not readable, or without ``links`` a link.
 
     Pipes and devices are refused before they are opened, because opening one can wait or act; what takes the name
     between the check and the opening is refused before it is read.
     """
     try:
-        _check_regular(os.stat(path), path, what, max_bytes)
-        file = open(os.open(path, _OPEN), "rb")
+        _check_regular(os.stat(path, follow_symlinks=links), path, what, max_bytes)
+        file = open(os.open(path, _OPEN if links else _OPEN | _NO_LINK), "rb")
     except InputError:
         raise
     except FileNotFoundError:
@@ -78,6 +87,37 @@ def open_regular(path: str | os.PathLike, what: str = "file", max_bytes: int = M
     return file
 
 
+def same_file(path: str | os.PathLike) -> Callable[[], AbstractContextManager[None]]:
+    """A context for reading, at whose end InputError is raised if the name has another file than now, or one written
+    anew, whatever else that led to; it may grow at its end."""
+
+    def state() -> tuple[tuple[int, int], int, int, bytes]:
+        with open_regular(path) as file:
+            found = os.fstat(file.fileno())
+            return (found.st_dev, found.st_ino), found.st_size, found.st_mtime_ns, file.read(_FIRST_BYTES)
+
+    @contextmanager
+    def reading() -> Iterator[None]:
+        try:
+            yield
+        finally:
+            now = state()
+            if now != opened and not (now[0] == opened[0] and now[1] > opened[1] and now[3].startswith(opened[3])):
+                limit, step = "what was read is of two files", "Read it again when it is complete."
+                raise InputError("file", "changed while it was read", limit, str(path), step) from None
+
+    opened = state()
+    return reading
+
+
+def leads_out(path: Path, folder: Path) -> bool:
+    """Whether a path within a folder is, or goes through, a link to what is not in the folder."""
+    try:
+        return not path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError):  # a link to itself
+        return True
+
+
 def _folder_names(path: str | os.PathLike) -> list[str]:
     """The first thousand names in the folder of a path; none where there is no folder."""
     with suppress(OSError):
@@ -88,9 +128,8 @@ def _folder_names(path: str | os.PathLike) -> list[str]:
 def _check_regular(found: os.stat_result, path: str | os.PathLike, what: str, max_bytes: int) -> None:
     if not stat.S_ISREG(found.st_mode):
         kind = next((name for is_kind, name in _KINDS.items() if is_kind(found.st_mode)), "a device")
-        limit = "a regular file is needed"
-        step = "Name a file in it." if kind == "a folder" else "Save its content to a file first."
-        raise InputError(what, kind, limit, str(path), step)
+        step = _STEPS.get(kind, "Save its content to a file first.")
+        raise InputError(what, kind, "a regular file is needed", str(path), step)
     if found.st_size > max_bytes:
         raise _too_large(path, what, max_bytes, f"{found.st_size} bytes")
 
@@ -114,10 +153,13 @@ def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITI
     return content
 
 
-def digest(path: str | os.PathLike) -> str:
-    """The SHA-256 of a file. Raises InputError as ``open_regular``."""
-    with open_regular(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+def digest(*paths: str | os.PathLike) -> str:
+    """The SHA-256 of a file, or of several as one. Raises InputError as ``open_regular``."""
+    found = hashlib.sha256()
+    for path in paths:
+        with open_regular(path) as file:
+            hashlib.file_digest(file, lambda: found)
+    return found.hexdigest()
 
 
 @contextmanager
@@ -127,7 +169,7 @@ def enough_memory(path: str | os.PathLike) -> Iterator[None]:
         yield
     except MemoryError:
         limit = "this computer, or the limit set for this program, has less than reading the file takes"
-        step = "Export fewer columns or rows, split the file, or read it where more memory is free."
+        step = "Save less in it, such as fewer columns or a coarser mesh, split the file, or read it with more memory."
         raise InputError("memory", "not enough", limit, str(path), step) from None
 
 

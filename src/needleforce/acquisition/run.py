@@ -51,6 +51,7 @@ class Run:
         self._motion: MotionSequence | None = None
         self._state: AxisState | None = None
         self._latest: list[float] = []  # forces of the usable readings written last
+        self._frozen: list[str] = []  # axes that are marked as such
         self._ending = False
 
     def run(self, motion: MotionSequence | None, stop: threading.Event) -> RunResult:
@@ -98,6 +99,9 @@ class Run:
             self._peak = max(self._peak, *forces, key=abs)
         self._run_writer.force(samples)
         self._write_states(states, now)
+        for name in self._monitor.frozen_axes[len(self._frozen) :]:
+            self._frozen.append(name)
+            self._run_writer.mark("frozen", axis=name)
         if now - self._flushed >= self._settings.flush_every:
             self._flushed = now
             self._run_writer.flush()
@@ -203,6 +207,8 @@ class Run:
             dropped=self._run_writer.dropped,
             buffer=self._run_writer.buffer,
             restarts=self._run_writer.restarts,
+            frozen_axes=tuple(self._monitor.frozen_axes),
+            unwritten=self._run_writer.unwritten,
             stop=stop,
         )
 

@@ -15,6 +15,7 @@ from ..files import enough_memory, open_regular
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
 from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, fitting, spans_of_rows, with_note
+from .decimation import decimated
 from .force_signal import glitch_notes, remove_bias
 from .formats.detect import ROS2_BAG, format_of, tables_of
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
@@ -201,6 +202,9 @@ class RecordingFile:
             return recording, cycle_spans(recording)
         chosen, first_row = self.named(wanted), options.first_row
         recording, rows = self._read_part(chosen, assumed)
+        if options.decimate_to is not None:
+            recording = decimated(recording, options.decimate_to)
+            return replace(recording, card=replace(recording.card, part=chosen.name)), cycle_spans(recording)
         if chosen.name:
             recording = replace(recording, card=replace(recording.card, part=chosen.name))
         skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)

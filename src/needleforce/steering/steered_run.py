@@ -168,7 +168,7 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
         wrench=rows["wrench"],
         shapes=tuple(_moved(shape, depth, added) for shape in shapes),
         layers=tuple(float(layer.top) for layer in flex.lateral),
-        lost=rows["status"] != 0,
+        lost=(rows["status"] != 0) | ~np.isfinite(np.column_stack([rows["tip"], rows["wrench"]])).all(axis=1),
     )
 
 

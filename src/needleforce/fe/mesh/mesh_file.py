@@ -1,31 +1,40 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes of files: what meshio reads (gmsh, VTK, XDMF, Abaqus, MEDIT, MED ...) as cells of one shape, labels and
-boundaries, in the frame of this package."""
+"""Meshes of files: the safest formats that meshio reads, in the limited process that reads recordings, as cells of one
+shape, labels and boundaries, in the frame of this package."""
 
 import io
 import os
 import re
-import warnings
-from collections.abc import Iterator, Mapping
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ... import units
 from ...errors import InputError
-from ...files import enough_memory, open_regular
+from ...files import open_regular
+from ...recording.formats import Format
+from ...recording.formats.detect import read_tables
+from ...recording.table import Table
 from .mesh import CORNERS, DIMENSION, Mesh, library
 
 _MAX_SIZE_M = 10.0
+_MAX_BYTES = 1 << 28  # of a file
+_MAX_COUNT = 1 << 22  # points, or cells of a shape: more than any solver here takes
 # in a file there are also boundaries, and shapes that are named when they are refused
 _DIMENSION = {"vertex": 0, "line": 1, "wedge": 3, "pyramid": 3, **DIMENSION}
-_CORNERS = {"vertex": 1, "line": 2, **CORNERS}
+_CORNERS = {"vertex": 1, "line": 2, "wedge": 6, "pyramid": 5, **CORNERS}
 _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "TETRAHEDRON": "tetra"}
 # cell data with the number of a label, in order of preference; the last is the number of a shape in gmsh
-_NUMBERS = ("gmsh:physical", "medit:ref", "cell_tags", "su2:tag", "label", "labels", "material", "material_id",
-            "materialid", "region", "gmsh:geometrical")  # fmt: skip
+_NUMBERS = ("gmsh:physical", "medit:ref", "su2:tag", "label", "labels", "material", "material_id", "materialid",
+            "region", "gmsh:geometrical")  # fmt: skip
+_SETS = "named sets of cells"  # header of the column with the number of a name
+# formats that are complete in one file and of plain numbers; docs/howto/solid_meshes.md has the reasons
+_ENDINGS = {".msh": "gmsh", ".vtk": "vtk", ".vtu": "vtu", ".mesh": "medit", ".inp": "abaqus"}
+_MESH = Format(module=__name__, name="a mesh", limited=True, bytes_per_s=1e6, package="meshio")
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,7 @@ def read_mesh(
     boundaries: Mapping[int | str, str] | None = None,
     label_data: str | None = None,
 ) -> Mesh:
-    """A mesh from a file of gmsh, VTK, VTU, XDMF, Abaqus, MEDIT, MED or another format that meshio reads.
+    """A mesh from a file of gmsh (msh), VTK (vtk, vtu), MEDIT (mesh) or Abaqus (inp).
 
     The cells of the highest dimension are the body. Those of the next lower one that have a name are boundaries, and so
     are named sets of points. Cells of higher order are reduced to their corners, and points of no cell are dropped.
@@ -60,7 +69,8 @@ def read_mesh(
     Parameters
     ----------
     path : str or os.PathLike
-        The file; its ending states the format.
+        The file; its ending states the format. It may be no link, name no second file, and have at most 256 MiB and
+        4 194 304 points and as many cells.
     depth_axis : str
         Axis of the file along which the depth increases: ``"z"``, or ``"-z"`` if z points out of the tissue. A file
         that ``write_vtk`` wrote has ``"z"`` in space and ``"y"`` in the plane.
@@ -87,20 +97,29 @@ def read_mesh(
     Raises
     ------
     InputError
-        If the package meshio is missing, the file cannot be read, has no cells of a body, has cells of several shapes,
-        a coordinate that is not finite, or a body larger than 10 m; or if an axis, a unit, or a label is not known.
+        If the package meshio is missing, the file cannot be read within the limits of docs/evidence/hostile_files.md,
+        has no cells of a body, has cells of several shapes, a coordinate that is not finite, or a body larger than
+        10 m; or if an axis, a unit, or a label is not known.
     """
-    place = str(path)
-    found = _read(path)
-    blocks = list(_blocks(found, _number_data(found, label_data, place), place))
+    library("meshio")
+    open_regular(path, "mesh", _MAX_BYTES, links=False).close()
+    place, ending = str(path), Path(path).suffix
+    if ending.lower() not in _ENDINGS:
+        step = "Save it in one of them: in gmsh as msh, in ParaView as vtu, or with meshio convert."
+        raise InputError("format of the mesh", repr(ending), f"known are {', '.join(_ENDINGS)}", place, step)
+    nodes, sets, *shapes = read_tables(_MESH, Path(path))
+    data = _number_data(shapes, label_data, place)
+    blocks = [_block(each, data) for each in shapes]
     body = _body(blocks, place)
     used, cells = np.unique(np.concatenate([each.cells for each in body]), return_inverse=True)
-    if used[0] < 0 or used[-1] >= len(found.points):
-        raise InputError("cells", f"up to point {used[-1]}", f"the file has {len(found.points)} points", place)
-    points = _turned(_flattened(found.points[used], body[0].dimension, place), depth_axis, surface, place)
+    points = np.column_stack([nodes.numbers(k) for k in range(len(nodes.headers))])
+    if used[0] < 0 or used[-1] >= len(points):
+        limit = f"the file has {len(points)} points"
+        raise InputError("cells", f"from point {used[0]} to {used[-1]}", limit, place, "Save the mesh again.")
+    points = _turned(_flattened(points[used], body[0].dimension, place), depth_axis, surface, place)
     points = _in_metres(points, unit, place)
     named = _named(body, labels, "labels", place)
-    edges = _boundaries(blocks, found, boundaries, place)
+    edges = _boundaries(blocks, sets, boundaries, place)
     inside = {name: np.flatnonzero(np.isin(used, numbers)) for name, numbers in edges.items()}
     every = ["tissue" if label is None else label for _, row in named for label in row]
     shape = body[0].shape
@@ -110,57 +129,97 @@ def read_mesh(
         raise error.at(place) from None
 
 
-def _read(path: str | os.PathLike) -> Any:
-    """What meshio reads, which prints and ends the program where it cannot."""
-    meshio, printed = library("meshio"), io.StringIO()
-    open_regular(path, "mesh").close()
+def tables(path: Path) -> list[Table]:
+    """Those of a file, called in the limited process."""
     try:
-        with enough_memory(path), warnings.catch_warnings(), redirect_stdout(printed), redirect_stderr(printed):
-            warnings.simplefilter("ignore")
-            return meshio.read(path)
-    except ModuleNotFoundError as missing:
-        step = f"Run pip install {missing.name}, or save the mesh in another format."
-        raise InputError(str(missing.name), "not installed", "this format needs it", str(path), step) from None
-    except InputError:
+        found = _read(path)
+        points = np.asarray(found.points, dtype=float)
+        points = points if points.ndim == 2 else np.empty((0, 3))
+        shapes = [_shape(each.type, path) * bool(len(each.data)) for each in found.cells]  # "" without cells
+        cells = [_cells_table(found, shape, shapes, path) for shape in dict.fromkeys(filter(None, shapes))]
+    except (InputError, MemoryError):
         raise
-    except (Exception, SystemExit) as error:  # parsers of some thirty formats, without errors of their own
-        reason = " ".join((printed.getvalue().strip() or str(error)).split()).rstrip(".") or type(error).__name__
+    except (Exception, SystemExit) as error:  # parsers without errors of their own
+        reason = " ".join(str(error).split())[:200].rstrip(".") or "it is damaged, or of another format"
         step = "Check that the file is complete, or save it in another format, such as .msh of gmsh."
         if "gmsh:physical" in reason:
             step = "Some cells are in a physical group and some are not: save without Mesh.SaveAll, or group all."
         raise InputError("mesh", "not readable", reason, str(path), step) from None
+    for what, count in [("points", len(points)), *((f"cells of shape {each.name}", each.first_row) for each in cells)]:
+        if count > _MAX_COUNT:
+            raise InputError(f"number of {what}", count, f"at most {_MAX_COUNT}", str(path), "Mesh it coarser.")
+    sets = [np.asarray(each, dtype=float) for each in found.point_sets.values()]
+    nodes = Table(path=path, headers=list("xyz"[: points.shape[1]]), read_column=lambda k: points[:, k])
+    return [nodes, Table(path=path, headers=list(found.point_sets), read_column=sets.__getitem__), *cells]
 
 
-def _number_data(found: Any, label_data: str | None, place: str) -> str | None:
+def _read(path: Path) -> Any:
+    """What meshio reads of a file, which is opened once and may include no other."""
+    kind = _ENDINGS[path.suffix.lower()]
+    with open_regular(path, "mesh", _MAX_BYTES, links=False) as file:
+        source: Any = f"/dev/fd/{file.fileno()}" if os.path.exists("/dev/fd") else os.fspath(path)
+        if kind == "abaqus":
+            source = io.StringIO(file.read().decode("utf-8", "replace"), newline=None)
+            lines = (line for line in source if not line.startswith("**"))
+            if any(line.partition(",")[0].replace("*", "").strip().upper() == "INCLUDE" for line in lines):
+                step = "Save it as one file, such as msh or vtu."
+                raise InputError("mesh", "in several files", "one file without INCLUDE is read", str(path), step)
+            source.seek(0)
+        return import_module(f"meshio.{kind}").read(source)
+
+
+def _cells_table(found: Any, shape: str, shapes: list[str], path: Path) -> Table:
+    """The cells of one shape: columns of their corners, of the number of a named set, and of data; ``comments`` are
+    numbers with their names, ``preamble`` the names of the sets."""
+    chosen = [k for k, each in enumerate(shapes) if each == shape]
+    cells = np.concatenate([np.asarray(found.cells[k].data)[:, : _CORNERS[shape]] for k in chosen])
+    starts = dict(zip(chosen, np.cumsum([0, *(len(found.cells[k].data) for k in chosen)])))
+    sets = {name: parts for name, parts in found.cell_sets.items() if not name.startswith("gmsh:")}
+    names = found.field_data if "gmsh:physical" in found.cell_data else {}
+
+    def column(index: int) -> np.ndarray:
+        if index <= len(cells.T):
+            return cells[:, index] if index < len(cells.T) else _set_numbers(sets, starts, len(cells))
+        name = list(found.cell_data)[index - len(cells.T) - 1]
+        return _whole_numbers(np.concatenate([found.cell_data[name][k] for k in chosen]), name, str(path))
+
+    return Table(path=path, name=shape, headers=[*map(str, range(len(cells.T))), _SETS, *found.cell_data],
+                 read_column=column, preamble=(list(sets),), first_row=len(cells),
+                 comments=[(int(k), name) for name, (k, of) in names.items() if of == _DIMENSION[shape]])  # fmt: skip
+
+
+def _number_data(tables: list[Table], label_data: str | None, place: str) -> str | None:
     """Name of the cell data with labels."""
+    known = tables[0].headers[_CORNERS[tables[0].name] + 1 :] if tables else []
     if label_data is not None:
-        if label_data not in found.cell_data:
-            known = ", ".join(found.cell_data) or "none"
-            raise InputError("label_data", label_data, f"is not in the file, which has {known}", place)
+        if label_data not in known:
+            listed = ", ".join(known) or "none"
+            limit = f"is not in the file, which has {listed}"
+            raise InputError("label_data", label_data, limit, place, "Name one of these, or leave it out.")
         return label_data
-    names = {name.lower(): name for name in found.cell_data}
+    names = {name.lower(): name for name in known}
     return next((names[each] for each in _NUMBERS if each in names), None)
 
 
-def _blocks(found: Any, data: str | None, place: str) -> Iterator[_Block]:
-    sets = {} if data else found.cell_sets
-    for k, block in enumerate(found.cells):
-        shape = _shape(block.type)
-        if shape is None:
-            step = "Save triangles, quadrilaterals, tetrahedra or hexahedra."
-            raise InputError("shape of cells", block.type, "has no elements here", place, step)
-        cells = np.asarray(block.data)[:, : _CORNERS.get(shape)]
-        labels = _whole_numbers(found.cell_data[data][k], data, place) if data else _set_names(sets, k, len(cells))
-        if len(cells):
-            yield _Block(shape, cells, labels, _names(found, data, _DIMENSION[shape]))
+def _block(table: Table, data: str | None) -> _Block:
+    """The cells of a table with the numbers of ``data`` as labels, or without them the names of their sets."""
+    corners = _CORNERS[table.name]
+    cells = np.column_stack([table.numbers(k) for k in range(corners)]).astype(int)
+    column = corners if data is None else table.headers.index(data, corners + 1)
+    numbers = table.numbers(column).astype(int)
+    if data is None:
+        return _Block(table.name, cells, np.array([*table.preamble[0], None], dtype=object)[numbers], {})
+    return _Block(table.name, cells, numbers.astype(object), dict(table.comments) if data == "gmsh:physical" else {})
 
 
-def _shape(kind: str) -> str | None:
+def _shape(kind: str, path: Path) -> str:
     """Of the corners: of ``tetra10`` it is ``tetra``."""
-    kind = kind.removeprefix("VTK_LAGRANGE_")
-    kind = _LAGRANGE.get(kind, kind.lower())
-    plain = re.fullmatch(r"([a-z]+)\d*", kind)
-    return plain[1] if plain and plain[1] in _DIMENSION else None
+    bare = kind.removeprefix("VTK_LAGRANGE_")
+    plain = re.fullmatch(r"([a-z]+)\d*", _LAGRANGE.get(bare, bare.lower()))
+    if plain is None or plain[1] not in _DIMENSION:
+        step = "Save triangles, quadrilaterals, tetrahedra or hexahedra."
+        raise InputError("shape of cells", kind, "has no elements here", str(path), step)
+    return plain[1]
 
 
 def _whole_numbers(values: np.ndarray, data: str, place: str) -> np.ndarray:
@@ -171,20 +230,18 @@ def _whole_numbers(values: np.ndarray, data: str, place: str) -> np.ndarray:
         step = "Name other cell data in label_data, such as numbers of materials."
         raise InputError(f"cell data {data!r}", "not whole numbers", "as labels need", place, step)
     numbers = values.astype(int)
-    return (np.abs(numbers) if data.startswith("gmsh:") else numbers).astype(object)  # a sign there is a sense
+    return np.abs(numbers) if data.startswith("gmsh:") else numbers  # a sign there is a sense
 
 
-def _set_names(sets: Mapping[str, list], block: int, count: int) -> np.ndarray:
-    """Name of the smallest set that contains each cell, None without one."""
-    sizes = {name: sum(np.size(part) for part in parts if part is not None) for name, parts in sets.items()}
-    names = np.full(count, None, dtype=object)
-    for name in sorted(sets, key=sizes.__getitem__)[::-1]:  # the smallest, and of equal ones the first, comes last
-        parts = sets[name]
-        if block < len(parts) and parts[block] is not None and not name.startswith("gmsh:"):
-            inside = np.asarray(parts[block])
-            if inside.ndim == 1 and inside.size:
-                names[inside.astype(int)] = name
-    return names
+def _set_numbers(sets: Mapping[str, list], starts: Mapping[int, int], count: int) -> np.ndarray:
+    """Number of the smallest set that contains each cell, -1 without one; ``starts`` has where each block begins."""
+    sizes = [sum(np.size(part) for part in parts if part is not None) for parts in sets.values()]
+    numbers, every = np.full(count, -1), list(sets.values())
+    for number in sorted(range(len(every)), key=sizes.__getitem__)[::-1]:  # of equal ones the first comes last
+        for k, part in enumerate(every[number]):
+            if k in starts and np.ndim(part) == 1 and np.size(part):
+                numbers[starts[k] + np.asarray(part, dtype=int)] = number
+    return numbers
 
 
 def _body(blocks: list[_Block], place: str) -> list[_Block]:
@@ -198,7 +255,7 @@ def _body(blocks: list[_Block], place: str) -> list[_Block]:
     counts: dict[str, int] = {}
     for each in body:
         counts[each.shape] = counts.get(each.shape, 0) + len(each.cells)
-    unknown = next((shape for shape in counts if shape not in _CORNERS), None)
+    unknown = next((shape for shape in counts if shape not in CORNERS), None)
     if len(counts) > 1 or unknown:
         value = " and ".join(f"{count} of shape {shape}" for shape, count in counts.items())
         step = "Mesh it with triangles or tetrahedra only; in gmsh without Recombine and Layers."
@@ -211,7 +268,7 @@ def _flattened(points: np.ndarray, dimension: int, place: str) -> dict[str, np.n
     wrong = ~np.isfinite(points).all(axis=1)
     if wrong.any():
         value = f"{points[wrong][0].tolist()} of a point"
-        raise InputError("coordinate", value, f"must be finite, as {wrong.sum()} are not", place)
+        raise InputError("coordinate", value, f"must be finite, as {wrong.sum()} are not", place, "Repair the mesh.")
     axes = dict(zip("xyz", np.asarray(points, dtype=float).T))
     size = max(np.ptp(each) for each in axes.values())
     constant = [name for name in reversed(axes) if np.ptp(axes[name]) <= 1e-9 * size]
@@ -270,24 +327,17 @@ def _named(blocks: list[_Block], renamed: Mapping | None, option: str, place: st
     return result
 
 
-def _names(found: Any, data: str | None, dimension: int) -> dict[int, str]:
-    """Number of a label -> its name: physical names of gmsh, families of MED."""
-    if data == "cell_tags":
-        return {number: " and ".join(each) for number, each in getattr(found, "cell_tags", {}).items() if each}
-    if data != "gmsh:physical":
-        return {}
-    return {int(number): name for name, (number, of) in found.field_data.items() if of == dimension}
-
-
 def _shown(key: int | str, name: object) -> str:
     return str(key) if key == name else f"{key} ({name})"
 
 
-def _boundaries(blocks: list[_Block], found: Any, renamed: Mapping | None, place: str) -> dict[str, np.ndarray]:
+def _boundaries(blocks: list[_Block], sets: Table, renamed: Mapping | None, place: str) -> dict[str, np.ndarray]:
     """Name -> points in the file: of the cells of one dimension less that have a name, and of named sets of points."""
     dimension = max(each.dimension for each in blocks) - 1
-    renamed, sets = dict(renamed or {}), found.point_sets
-    parts: dict[str, list[np.ndarray]] = {renamed.pop(name, name): [np.asarray(each)] for name, each in sets.items()}
+    renamed = dict(renamed or {})
+    parts: dict[str, list[np.ndarray]] = {}
+    for k, name in enumerate(sets.headers):
+        parts[renamed.pop(name, name)] = [sets.numbers(k).astype(int)]
     for block, names in _named([x for x in blocks if x.dimension == dimension], renamed, "boundaries", place):
         for name in dict.fromkeys(names):
             if isinstance(name, str):

@@ -141,7 +141,8 @@ class _Worker:
             self._process = None
         if self._process is None or self._process.poll() is not None:
             self.close()
-            command = [sys.executable, "-I", "-c", _START, json.dumps(sys.path)]
+            places = [each for each in sys.path if isinstance(each, str)]  # Python itself passes over the others
+            command = [sys.executable, "-I", "-c", _START, json.dumps(places)]
             pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
             self._process, self._owner = subprocess.Popen(command, **pipes), os.getpid()
         return self._process
