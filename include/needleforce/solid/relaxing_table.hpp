@@ -47,9 +47,9 @@ class RelaxingTable {
     return standing(state.tip_strain[0], state.tip_strain[1]);
   }
 
-  /// What begins a part: the largest creep [m], and the share of all forces that fades where nothing moves.
+  /// What begins a part: the largest creep [m], and the share of all forces that is lost if nothing moves.
   struct Crept {
-    double largest = 0.0, fades = 0.0;
+    double largest = 0.0, lost = 0.0;
   };
   /// Lets the tissue creep under the forces that it has. Wait-free.
   Crept begin(RelaxingState& state, ShaftState& shaft) noexcept {

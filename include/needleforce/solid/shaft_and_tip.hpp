@@ -128,18 +128,18 @@ class ShaftAndTip {
   // tip that rounding puts too far has lost of its force
   static constexpr double min_yield = 1.001, max_yield = 3.0;
 
-  /// What the tissue creeps to under the forces that it has, less what they fade by if the needle rests; and
+  /// What the tissue creeps to under the forces that it has, less what they lose if the needle rests; and
   /// one row of displacements afresh, so that rounding does not add up. Returns the largest creep [m].
   double creep(double travel) noexcept {
     table_ = RelaxingTable(relaxing_);
-    const auto [largest, fades] = table_.begin(state_.relaxing, state_.shaft);
-    if (fades > 0.0 && std::abs(travel) < shortest_travel) {
+    const auto [largest, lost] = table_.begin(state_.relaxing, state_.shaft);
+    if (lost > 0.0 && std::abs(travel) < shortest_travel) {
       for (std::size_t i = 0; i < state_.shaft.known; ++i) {
         const double held = table_.at_once(state_.relaxing, state_.shaft, i);
-        state_.shaft.displacement[i] -= fades * table_.scale() * held;
-        state_.shaft.force[i] *= 1.0 - fades;
+        state_.shaft.displacement[i] -= lost * table_.scale() * held;
+        state_.shaft.force[i] *= 1.0 - lost;
       }
-      state_.tip_force *= 1.0 - fades;
+      state_.tip_force *= 1.0 - lost;
     }
     state_.row = state_.row + 1 < state_.shaft.known ? state_.row + 1 : 0;
     state_.shaft.displacement[state_.row] = table_.scale() * displacement(tissue_, state_, state_.row) +
