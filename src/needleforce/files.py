@@ -9,7 +9,7 @@ import re
 import secrets
 import stat
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
@@ -87,23 +87,27 @@ def open_regular(
     return file
 
 
-def same_file(path: str | os.PathLike) -> Callable[[], None]:
-    """A check that raises InputError if the name has another file than now, or one written anew; it may grow at its
-    end."""
+def same_file(path: str | os.PathLike) -> Callable[[], AbstractContextManager[None]]:
+    """A context for reading, at whose end InputError is raised if the name has another file than now, or one written
+    anew, whatever else that led to; it may grow at its end."""
 
     def state() -> tuple[tuple[int, int], int, int, bytes]:
         with open_regular(path) as file:
             found = os.fstat(file.fileno())
             return (found.st_dev, found.st_ino), found.st_size, found.st_mtime_ns, file.read(_FIRST_BYTES)
 
-    def check() -> None:
-        now = state()
-        if now != opened and not (now[0] == opened[0] and now[1] > opened[1] and now[3].startswith(opened[3])):
-            limit, step = "what was read is of two files", "Read it again when it is complete."
-            raise InputError("file", "changed while it was read", limit, str(path), step)
+    @contextmanager
+    def reading() -> Iterator[None]:
+        try:
+            yield
+        finally:
+            now = state()
+            if now != opened and not (now[0] == opened[0] and now[1] > opened[1] and now[3].startswith(opened[3])):
+                limit, step = "what was read is of two files", "Read it again when it is complete."
+                raise InputError("file", "changed while it was read", limit, str(path), step) from None
 
     opened = state()
-    return check
+    return reading
 
 
 def leads_out(path: Path, folder: Path) -> bool:
