@@ -111,7 +111,7 @@ def rest(result: dict, own: float, after_mm: float) -> list[str]:
     plan, truth, outcome = result["plan"], result["truth"], result["outcome"]
     honest = plan["words"] not in BLIND or truth["lie"] == float("inf")
     stopped = after_mm <= 1e3 * (stop_distance(LIMITS, SPEED) + own * SPEED)
-    allowed = stop_distance(LIMITS, 1.05 * SPEED) + 1.05 * SPEED / plan["rate"]  # from the depth reported last
+    allowed = stop_distance(LIMITS, SPEED) + 1.05 * SPEED / plan["rate"]  # from the depth reported last
     if outcome.rest_confirmed and honest and not stopped and after_mm > 1e3 * allowed:
         return [f"rest confirmed, {after_mm:.2f} mm after the order"]
     if outcome.rest_confirmed and truth["moves_at_end"] and plan["sensor"] not in UNUSABLE:

@@ -9,7 +9,7 @@ import re
 import secrets
 import stat
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
@@ -22,7 +22,7 @@ MAX_RECORDING_BYTES = 1 << 31
 MAX_SAMPLES = 1 << 25
 """Samples of a recording: nine hours at 1 kHz, 80 minutes of the fastest sensor at 7 kHz."""
 MAX_PART_SAMPLES = 1 << 22
-"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 2 GB of memory."""
+"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 1 GB of memory."""
 MAX_DEFINITION_BYTES = 1 << 20
 """Bytes of a file of parameters, of a table of readings or of file names; those shipped have at most 6 kB."""
 MAX_RESULT_BYTES = 1 << 23
@@ -87,23 +87,27 @@ def open_regular(
     return file
 
 
-def same_file(path: str | os.PathLike) -> Callable[[], None]:
-    """A check that raises InputError if the name has another file than now, or one written anew; it may grow at its
-    end."""
+def same_file(path: str | os.PathLike) -> Callable[[], AbstractContextManager[None]]:
+    """A context for reading, at whose end InputError is raised if the name has another file than now, or one written
+    anew, whatever else that led to; it may grow at its end."""
 
     def state() -> tuple[tuple[int, int], int, int, bytes]:
         with open_regular(path) as file:
             found = os.fstat(file.fileno())
             return (found.st_dev, found.st_ino), found.st_size, found.st_mtime_ns, file.read(_FIRST_BYTES)
 
-    def check() -> None:
-        now = state()
-        if now != opened and not (now[0] == opened[0] and now[1] > opened[1] and now[3].startswith(opened[3])):
-            limit, step = "what was read is of two files", "Read it again when it is complete."
-            raise InputError("file", "changed while it was read", limit, str(path), step)
+    @contextmanager
+    def reading() -> Iterator[None]:
+        try:
+            yield
+        finally:
+            now = state()
+            if now != opened and not (now[0] == opened[0] and now[1] > opened[1] and now[3].startswith(opened[3])):
+                limit, step = "what was read is of two files", "Read it again when it is complete."
+                raise InputError("file", "changed while it was read", limit, str(path), step) from None
 
     opened = state()
-    return check
+    return reading
 
 
 def leads_out(path: Path, folder: Path) -> bool:

@@ -11,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 
 import needleforce as nf
+from needleforce.campaign.folder_files import find_files
 from needleforce.recording.log import LogWriter, read_log, to_recording, topics, writer
 from needleforce.recording.recording import COLUMNS
 
@@ -75,6 +76,11 @@ def test_each_part_is_complete_by_itself(parts):
     assert seen == COUNT
 
 
+def test_a_campaign_takes_the_parts_as_one_recording(parts):
+    (parts / "alone.part0002.mcap").write_bytes((parts / PARTS[1]).read_bytes())
+    assert [each.name for each in find_files(parts)[0]] == ["alone.part0002.mcap", "run.mcap"]
+
+
 def rename(folder, *pairs):
     for source, target in pairs:
         os.replace(folder / source, folder / target)
@@ -130,7 +136,7 @@ def test_a_kill_at_any_byte_of_a_rotation_loses_nothing_that_was_flushed(tmp_pat
     last = [k for k, (name, _) in enumerate(written) if name == PARTS[0]][-1] + 3
     for name, data in written[:first]:
         whole[name] = whole.get(name, b"") + data
-    step = 1 if many(1, 2) == 2 else 13
+    step = 1 if many(1, 2) == 2 else 61
     for name, data in written[first:last]:
         for cut in range(0, len(data), step):
             for each, content in (whole | {name: whole.get(name, b"") + data[:cut]}).items():
@@ -207,7 +213,7 @@ def test_losses_shift_nothing(tmp_path):
     kept = (chance.random(len(time)) > 0.1) & ~((time > 4.0) & (time < 5.0))
     found = reduced(sampled(time[kept], 3.0 * time[kept]), tmp_path, 100.0)
     assert np.allclose(found.force, 3.0 * found.time) and (np.diff(found.time) > 0.0).all()
-    assert np.diff(found.time).max() == pytest.approx(1.0, abs=0.02)
+    assert np.diff(found.time).max() == pytest.approx(1.0, abs=0.03)
 
 
 @pytest.mark.parametrize("rate", [0.0, -5.0, float("nan"), 600.0, 5000.0])

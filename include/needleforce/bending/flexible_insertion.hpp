@@ -19,7 +19,7 @@ namespace needleforce::bending {
 
 /// A needle that bends in layered tissue, in a plane (1) or in space (2), around an insertion that gives the
 /// axial force: an `Insertion`, or a `solid::CondensedInsertion`. Trivially copyable: a snapshot is a copy.
-/// docs/decisions/0023-bending.md
+/// For one thread at a time. docs/decisions/0023-bending.md
 template <std::size_t dimension, class Axial = Insertion>
 class FlexibleInsertion {
  public:

@@ -20,7 +20,8 @@
 
 namespace needleforce::solid {
 
-/// A needle going in and out of a condensed solid of up to eight layers. Trivially copyable.
+/// A needle going in and out of a condensed solid of up to eight layers. Trivially copyable. For one thread at
+/// a time.
 class CondensedInsertion {
  public:
   CondensedInsertion(const CondensedTissue& tissue, std::span<const Layer> layers, const Limits& limits = {},

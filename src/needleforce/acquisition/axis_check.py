@@ -69,8 +69,15 @@ class StopReport(NamedTuple):
 
 
 def stop_distance(limits: AxisRange, speed: float) -> float:
-    """The distance [m] within which an axis at ``speed`` [m/s] must rest after a stop, from what it declares."""
-    return speed * REACTION_TIME_S + speed**2 / (2.0 * limits.deceleration) + POSITION_TOLERANCE_M
+    """The distance [m] within which an axis that was ordered to move at ``speed`` [m/s] must rest after a stop, from
+    what it declares and the speed that it may have."""
+    top = top_speed(limits, speed)
+    return top * REACTION_TIME_S + top**2 / (2.0 * limits.deceleration) + POSITION_TOLERANCE_M
+
+
+def top_speed(limits: AxisRange, speed: float) -> float:
+    """The largest speed [m/s] of an axis that was ordered to move at ``speed``, at which a stop begins."""
+    return min(_MAX_SPEED_RATIO * speed, limits.max_speed)
 
 
 def check_declared(limits: AxisRange, place: str = "axis") -> None:
@@ -134,7 +141,7 @@ class AxisCheck:
     @property
     def top_speed(self) -> float:
         """The largest speed [m/s] that was ordered last, and at which a stop begins."""
-        return min(_MAX_SPEED_RATIO * self._speed, self._limits.max_speed)
+        return top_speed(self._limits, self._speed)
 
     @property
     def measured_speed(self) -> float:
@@ -196,7 +203,7 @@ class AxisCheck:
         return StopReport(
             at_rest=self.at_rest,
             beyond=self._beyond or late,
-            allowed=stop_distance(self._limits, self.top_speed),
+            allowed=stop_distance(self._limits, self._speed),
             distance=abs(depth - start),
             seconds=max(0.0, self.time - ordered),
             depth=depth,

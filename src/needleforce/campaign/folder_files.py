@@ -77,7 +77,8 @@ def _expanded(given: str | os.PathLike) -> list[tuple[Path, bool]]:
         states = [each.parent for each in path.rglob(STATE) if is_state_folder(each.parent)]
         visible = (each for each in path.rglob("*") if _visible(each, path))
         found = [(each, False) for each in visible if not any(state in each.parents for state in states)]
-        return found or _refuse(text, f"a folder without recordings ({', '.join(EXTENSIONS)})")
+        own = path in states  # of a glob that a shell expanded: the results of the campaign before
+        return found if found or own else _refuse(text, f"a folder without recordings ({', '.join(EXTENSIONS)})")
     if path.exists() or not glob.has_magic(text):
         return [(path, True)]
     found = [(Path(each), True) for each in glob.glob(text, recursive=True) if Path(each).is_file()]

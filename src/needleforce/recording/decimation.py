@@ -11,7 +11,7 @@ from ..files import MAX_SAMPLES
 from .recording import COLUMNS, Card, Recording
 
 _MIN_RATIO = 2.0  # of the rates: with less there is nothing to filter
-_MIN_WEIGHT = 0.25  # of that of a sample within the recording: less has one in or at the end of a gap
+_MIN_WEIGHT = 0.75  # of a sample within the recording: one with less is at an end, or at a gap, and not in its middle
 _RATES = 1e-3, 1e6  # [Hz]
 
 

@@ -195,9 +195,10 @@ def tables_of(path: Path) -> "list[Table]":
 
 def read_tables(form: Format, path: Path) -> "list[Table]":
     """The tables of the file that the name has now. Raises InputError, and ImportError without the format's package."""
-    check = same_file(path)
-    if form.limited:
-        from .worker import tables_by_worker
+    reading = same_file(path)
+    with reading():
+        if form.limited:
+            from .worker import tables_by_worker
 
-        return [replace(table, check_same=check) for table in tables_by_worker(form, path)]
-    return [replace(table, check_same=check) for table in import_module(form.module, __package__).tables(path)]
+            return [replace(table, reading=reading) for table in tables_by_worker(form, path)]
+        return [replace(table, reading=reading) for table in import_module(form.module, __package__).tables(path)]

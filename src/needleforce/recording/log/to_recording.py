@@ -26,7 +26,7 @@ from ..quantities import check_known, dimension
 from ..recording import Card, Note, Recording
 from ..samples import timing_notes
 from ..stream import Stream, constant_depth
-from .messages import Log, Mark, Messages
+from .messages import Log, Mark, Messages, distinct
 from .reader import logs
 from .topics import AS_TABLE, split_choice
 from .writer import WRENCH_TOPIC
@@ -70,7 +70,7 @@ def forward(time: np.ndarray) -> np.ndarray:
 
 
 def _stamped(messages: Messages) -> bool:
-    return len(np.unique(messages.stamp)) > len(messages) // 2
+    return distinct(messages.stamp) > len(messages) // 2
 
 
 def _has_clock(messages: Messages) -> bool:
@@ -109,7 +109,7 @@ def without_faults(log: Log, notes: list[Note]) -> Messages:
         words = sorted({str(mark.facts.get("words", "")) for mark in log.marks if mark.kind == "status"})
         message = f"{count} wrenches have a fault status ({'; '.join(words)[:200]}) and are left out"
         notes.append(Note("status", message, count))
-    return log.wrench.kept(~wrong)
+    return log.wrench.kept(~wrong) if wrong.any() else log.wrench
 
 
 def note_losses(wrench: Messages, notes: list[Note]) -> None:
@@ -304,7 +304,7 @@ def _put_wrenches(
     stream.notes += notes
     note_losses(log.wrench, stream.notes)
     if baseline:
-        wrench.values = without_bias(wrench, log.marks, stream)
+        wrench = replace(wrench, values=without_bias(wrench, log.marks, stream))
     order = _usable(times["force"], wrench, "wrenches", stream)
     if clock.start is None:
         clock.start = times["force"][order[0]] - _number(log.card, "start_s", stream.place)

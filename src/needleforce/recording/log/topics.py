@@ -222,5 +222,5 @@ class _Joint:
         return kept
 
     def messages(self, topic: str, width: int) -> Messages:
-        counters, *times = np.array(self._times).reshape(-1, 4).T
-        return in_sequence(counters, [*times, np.array(self._values).reshape(-1, width)], topic)
+        counters, *times = np.frombuffer(self._times, np.int64).reshape(-1, 4).T
+        return in_sequence(counters, [*times, np.frombuffer(self._values).reshape(-1, width)], topic)
