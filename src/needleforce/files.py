@@ -22,7 +22,7 @@ MAX_RECORDING_BYTES = 1 << 31
 MAX_SAMPLES = 1 << 25
 """Samples of a recording: nine hours at 1 kHz, 80 minutes of the fastest sensor at 7 kHz."""
 MAX_PART_SAMPLES = 1 << 22
-"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 2 GB of memory."""
+"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 1 GB of memory."""
 MAX_DEFINITION_BYTES = 1 << 20
 """Bytes of a file of parameters, of a table of readings or of file names; those shipped have at most 6 kB."""
 MAX_RESULT_BYTES = 1 << 23

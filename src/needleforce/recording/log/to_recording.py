@@ -26,7 +26,7 @@ from ..quantities import check_known, dimension
 from ..recording import Card, Note, Recording
 from ..samples import timing_notes
 from ..stream import Stream, constant_depth
-from .messages import Log, Mark, Messages
+from .messages import Log, Mark, Messages, distinct
 from .reader import logs
 from .topics import AS_TABLE, split_choice
 from .writer import WRENCH_TOPIC
@@ -70,7 +70,7 @@ def forward(time: np.ndarray) -> np.ndarray:
 
 
 def _stamped(messages: Messages) -> bool:
-    return len(np.unique(messages.stamp)) > len(messages) // 2
+    return distinct(messages.stamp) > len(messages) // 2
 
 
 def _has_clock(messages: Messages) -> bool:
