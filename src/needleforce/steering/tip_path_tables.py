@@ -16,7 +16,6 @@ from ..recording.quantities import split
 from ..recording.roles import Column, Vocabulary, assign_columns
 from ..recording.table import Table
 from ..units import parse
-from .path_errors import POSITION_NOISE
 from .tip_paths import TipPath
 
 AXES = ("x", "y", "z")
@@ -25,7 +24,7 @@ _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
 _FAR_FROM_UNIT = 0.1  # of a quaternion: more is no rounding
 _PART = Range(-1.0 - _FAR_FROM_UNIT, 1.0 + _FAR_FROM_UNIT, "", "of a rotation")
 _FEWEST = 8  # rows among which a spike is found
-_QUANTUM = 2.0 * 0.6745 * POSITION_NOISE  # [m] whose half is a median size of the noise
+_QUANTUM = 2.0 * 0.6745 * 0.5e-3  # [m] whose half is the median size of the noise of a bad tracker
 _CORRECT = "Check the unit, or leave the row out."
 _LABELS = ("file", "insertion", "trial", "run")
 _WANTED = "tip_x, tip_y, tip_z, and base_x, base_y, base_z without the one along the insertion"
