@@ -132,7 +132,7 @@ proof-symbols: .venv/.made
 REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|EquilibriumOfEachNonlinear
 
 # Without a limit the compiler inlines, and then instruments again, what every test of every law calls: they take a sixth longer to compile.
-INLINED := -mllvm -inline-threshold=25 -mllvm -inlinehint-threshold=25
+INLINED := -mllvm -inline-threshold=25 -mllvm -inlinehint-threshold=25 -Wno-unused-command-line-argument
 
 proof-sanitized: proof-tools
 	@mkdir -p $(CXX_SANITIZED)

@@ -8,7 +8,7 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
@@ -22,7 +22,7 @@ MAX_RECORDING_BYTES = 1 << 31
 MAX_SAMPLES = 1 << 25
 """Samples of a recording: nine hours at 1 kHz, 80 minutes of the fastest sensor at 7 kHz."""
 MAX_PART_SAMPLES = 1 << 22
-"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 2 GB of memory."""
+"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 1 GB of memory."""
 MAX_DEFINITION_BYTES = 1 << 20
 """Bytes of a file of parameters, of a table of readings or of file names; those shipped have at most 6 kB."""
 MAX_RESULT_BYTES = 1 << 23
@@ -319,6 +319,14 @@ def atomic_write(path: str | os.PathLike) -> Iterator[TextIO]:
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def write_rows(path: str | os.PathLike, columns: Sequence[str], rows: Iterable[dict[str, Any]]) -> None:
+    """Write rows as CSV, numbers with six digits, as ``atomic_write``."""
+    with atomic_write(path) as file:
+        file.write(",".join(columns) + "\n")
+        for row in rows:
+            file.write(",".join(each if isinstance(each, str) else f"{each:.6g}" for each in row.values()) + "\n")
 
 
 def _created(part: Path, target: Path) -> int:

@@ -110,6 +110,7 @@ class AxisCheck:
         self.time = 0.0  # its arrival
         self._limits = limits
         self._recent: deque[tuple[float, float]] = deque()  # arrivals and depths over REST_WINDOW_S
+        self.spread = 0.0  # [m] of the depth at rest before the first order
         self._spread = _REST_SPREAD_M
         self._target: float | None = None  # None until the axis was seen at rest
         self._range = (-math.inf, math.inf)
@@ -154,7 +155,7 @@ class AxisCheck:
         spread, drift, limit = self._scatter(0.0)
         if spread > _MAX_SPREAD_AT_START_M or drift > limit:
             return False
-        self._spread = max(_REST_SPREAD_M, 2.0 * spread)
+        self.spread, self._spread = spread, max(_REST_SPREAD_M, 2.0 * spread)
         self._target = self.state.depth
         self._allow(self._target, self._target)
         return True

@@ -16,7 +16,6 @@ from ..recording.quantities import split
 from ..recording.roles import Column, Vocabulary, assign_columns
 from ..recording.table import Table
 from ..units import parse
-from .path_errors import POSITION_NOISE
 from .tip_paths import TipPath
 
 AXES = ("x", "y", "z")
@@ -25,7 +24,7 @@ _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
 _FAR_FROM_UNIT = 0.1  # of a quaternion: more is no rounding
 _PART = Range(-1.0 - _FAR_FROM_UNIT, 1.0 + _FAR_FROM_UNIT, "", "of a rotation")
 _FEWEST = 8  # rows among which a spike is found
-_QUANTUM = 2.0 * 0.6745 * POSITION_NOISE  # [m] whose half is a median size of the noise
+_QUANTUM = 2.0 * 0.6745 * 0.5e-3  # [m] whose half is the median size of the noise of a bad tracker
 _CORRECT = "Check the unit, or leave the row out."
 _LABELS = ("file", "insertion", "trial", "run")
 _WANTED = "tip_x, tip_y, tip_z, and base_x, base_y, base_z without the one along the insertion"
@@ -274,14 +273,10 @@ def _slopes(series: dict[str, np.ndarray], across: list[str], along: str, sign: 
         limit, step = "must be 1, as of a rotation", "Leave rows without an orientation out, or its four columns."
         value = f"{size[row]:.3g} in row {row + 1} of an insertion"
         raise InputError("norm of tip_qw to tip_qz", value, limit, next_step=step)
-    w, x, y, z = (series[name] / size for name in _QUATERNION)
-    axes = np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1),
-            np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=1),
-            np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1),
-        ]
-    )[:, :, [AXES.index(axis) for axis in (*across, along)]]
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_quat(np.column_stack([series[name] for name in _QUATERNION]), scalar_first=True)
+    axes = turns.as_matrix().transpose(2, 0, 1)[:, :, [AXES.index(axis) for axis in (*across, along)]]
     needle = axes[int(np.argmax(np.abs(axes[:, :, 2]).mean(axis=1)))]
     inwards = sign * needle[:, 2]
     return needle[:, :2] / inwards[:, None]
