@@ -107,7 +107,8 @@ void bind_condensed(nb::module_& module) {
             const auto list = stacked(layers);
             if (const char* reason = CondensedInsertion::fault(tissue, list))
               raise_input("model", nb::str("refused"), reason,
-                          "Use coulomb, karnopp or lugre friction, without relaxation.");
+                          "Use coulomb, karnopp or lugre friction, and no relaxation but prony, the same in "
+                          "each layer.");
             new (self) CondensedInsertion(tissue, list, limits, bevel);
           },
           nb::arg("spacing"), nb::arg("compliance"), nb::arg("layers"), nb::arg("limits") = Limits{},

@@ -8,7 +8,7 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
@@ -319,6 +319,14 @@ def atomic_write(path: str | os.PathLike) -> Iterator[TextIO]:
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def write_rows(path: str | os.PathLike, columns: Sequence[str], rows: Iterable[dict[str, Any]]) -> None:
+    """Write rows as CSV, numbers with six digits, as ``atomic_write``."""
+    with atomic_write(path) as file:
+        file.write(",".join(columns) + "\n")
+        for row in rows:
+            file.write(",".join(each if isinstance(each, str) else f"{each:.6g}" for each in row.values()) + "\n")
 
 
 def _created(part: Path, target: Path) -> int:

@@ -81,7 +81,7 @@ class FileOptions:
         Samples in the average filter of the force; by default the value in the file's card, or 1.
     decimate_to : float, optional
         Rate [Hz] to which the samples are reduced, of a log while it is read, so that it may have any length; see
-        ``decimation.Decimated`` for the filter.
+        ``samples.Decimated`` for the filter.
     """
 
     columns: Annotated[

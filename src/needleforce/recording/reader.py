@@ -15,7 +15,6 @@ from ..files import enough_memory, open_regular
 from .assumed_motion import AssumedMotion
 from .card import Preamble, check_filter_length
 from .cycles import MIN_CYCLES, CycleSpan, chosen_cycle, cycle_spans, fitting, spans_of_rows, with_note
-from .decimation import decimated
 from .force_signal import glitch_notes, remove_bias
 from .formats.detect import ROS2_BAG, format_of, tables_of
 from .joining import INWARDS, join, put_motion, put_signs, settle_motion
@@ -25,7 +24,7 @@ from .parts import Part, asked, chosen_part, fitting_parts, listed, parts_of
 from .quantities import AXES
 from .recording import Note, Recording
 from .roles import of_main
-from .samples import timing_notes
+from .samples import decimated, timing_notes
 from .stream import read_stream
 from .table import Table, segments_of
 

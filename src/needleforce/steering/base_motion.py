@@ -12,7 +12,7 @@ import numpy as np
 
 from ..checks import ROLL, TRAVEL, in_range
 from ..errors import InputError
-from ..files import atomic_write
+from ..files import write_rows
 from ..models.flexible_insertion import FlexibleInsertion
 from ..recording.formats.detect import tables_of
 from ..recording.roles import Vocabulary, assign_columns
@@ -49,13 +49,12 @@ class BaseMotion:
 
     def __post_init__(self) -> None:
         n = len(self.depth)
-        if np.shape(self.lateral) != (n, 2) or np.shape(self.roll) != (n,):
-            shapes = f"{np.shape(self.depth)}, {np.shape(self.lateral)}, {np.shape(self.roll)}"
-            raise InputError(
-                "shapes of depth, lateral, roll", shapes, "must be (n,), (n, 2), (n,)", next_step="Give a row a step."
-            )
+        shapes, step = tuple(map(np.shape, (self.depth, self.lateral, self.roll))), "Give a row a step, in m and rad."
+        if shapes != ((n,), (n, 2), (n,)):
+            limit = "must be (n,), (n, 2), (n,)"
+            raise InputError("shapes of depth, lateral, roll", str(shapes), limit, next_step=step)
         for quantity, allowed in (("depth", TRAVEL), ("lateral", TRAVEL), ("roll", ROLL)):
-            in_range(f"{quantity} of a base motion", getattr(self, quantity), allowed, "Check units and cells.")
+            in_range(f"{quantity} of a base motion", getattr(self, quantity), allowed, step)
 
     def __len__(self) -> int:
         return len(self.depth)
@@ -73,10 +72,7 @@ class BaseMotion:
 
     def write(self, path: str | os.PathLike) -> None:
         """Write the rows as CSV. Raises InputError if the file cannot be written."""
-        with atomic_write(path) as file:
-            file.write(",".join(COLUMNS) + "\n")
-            for row in self.rows():
-                file.write(",".join(f"{value:.6g}" for value in row.values()) + "\n")
+        write_rows(path, COLUMNS, self.rows())
 
     @classmethod
     def read(cls, path: str | os.PathLike) -> "BaseMotion":

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..display.result import Result
 from ..errors import InputError
-from ..files import atomic_write
+from ..files import write_rows
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .base_motion import COLUMNS as BASE_COLUMNS
@@ -73,11 +73,7 @@ class SteeredRun(Result):
 
     def write(self, path: str | os.PathLike) -> None:
         """Write a row a step as CSV. Raises InputError if the file cannot be written."""
-        with atomic_write(path) as file:
-            file.write(",".join(COLUMNS) + "\n")
-            for row in self.rows():
-                *numbers, status = row.values()
-                file.write(",".join([*(f"{value:.6g}" for value in numbers), str(status)]) + "\n")
+        write_rows(path, COLUMNS, self.rows())
 
     def _heading(self) -> str:
         end = ", ".join(f"{1e3 * value:.2f}" for value in self.tip[-1])

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """An identified steered needle as a TOML file: parameters, covariance, and the insertions that predictions weigh."""
 
+import json
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -54,7 +54,7 @@ def save(model: SteeringModel, path: str | os.PathLike) -> None:
     names = [parameter.name for parameter in model.predictor.parameters]
     head = [
         f'steering = "{model.form}"',
-        f"identified = {_texts(names)}",
+        f"identified = {json.dumps(names)}",
         f"covariance = {_rows(model.predictor.covariance)}",
     ]
     values = ["[values]", *(f"{name} = {float(value)!r}" for name, value in model.values.items())]
@@ -154,19 +154,11 @@ def _tip_path(rows: InsertionRows, place: str) -> TipPath:
 def _insertion(path: TipPath) -> list[str]:
     rows = path.compared
     lines = [
-        "[[insertions]]", f"name = {_texts([path.name])[1:-1]}", f"start = {float(path.start)!r}",
-        f"base = {_rows(path.base[rows])}", f"tip = {_rows(path.tip[rows])}", f"roll = {_row(path.roll[rows])}",
+        "[[insertions]]", f"name = {json.dumps(path.name, ensure_ascii=False)}", f"start = {float(path.start)!r}",
+        f"base = {_rows(path.base[rows])}", f"tip = {_rows(path.tip[rows])}", f"roll = {_rows(path.roll[rows])}",
     ]  # fmt: skip
     return lines if path.slope is None else [*lines, f"slope = {_rows(path.slope[rows])}"]
 
 
 def _rows(values: np.ndarray) -> str:
-    return "[" + ", ".join(_row(row) for row in values) + "]"
-
-
-def _row(values: np.ndarray) -> str:
-    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
-
-
-def _texts(texts: Sequence[str]) -> str:
-    return msgspec.json.encode(list(texts)).decode()
+    return json.dumps(np.asarray(values, dtype=float).tolist())

@@ -273,14 +273,10 @@ def _slopes(series: dict[str, np.ndarray], across: list[str], along: str, sign: 
         limit, step = "must be 1, as of a rotation", "Leave rows without an orientation out, or its four columns."
         value = f"{size[row]:.3g} in row {row + 1} of an insertion"
         raise InputError("norm of tip_qw to tip_qz", value, limit, next_step=step)
-    w, x, y, z = (series[name] / size for name in _QUATERNION)
-    axes = np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1),
-            np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=1),
-            np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1),
-        ]
-    )[:, :, [AXES.index(axis) for axis in (*across, along)]]
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_quat(np.column_stack([series[name] for name in _QUATERNION]), scalar_first=True)
+    axes = turns.as_matrix().transpose(2, 0, 1)[:, :, [AXES.index(axis) for axis in (*across, along)]]
     needle = axes[int(np.argmax(np.abs(axes[:, :, 2]).mean(axis=1)))]
     inwards = sign * needle[:, 2]
     return needle[:, :2] / inwards[:, None]

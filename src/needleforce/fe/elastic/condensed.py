@@ -169,8 +169,8 @@ class CondensedInsertion(core.CondensedInsertion):
     tissue : CondensedTissue
         Of ``Tissue.condense`` or ``load_condensed``.
     model : Model
-        Friction per length, cutting and puncture in each layer; friction must have a sliding force per length without
-        memory (``coulomb``, ``karnopp``, ``lugre``), and the model no relaxation.
+        Friction per length, cutting and puncture in each layer; friction has a sliding force per length without memory
+        (``coulomb``, ``karnopp``, ``lugre``). A ``prony``, the same in each layer, is that of solid, contact and tip.
     max_speed : float
         Largest speed between two steps [m/s]; a faster step is refused.
     hold_time : float

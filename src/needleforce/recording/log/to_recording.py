@@ -16,7 +16,6 @@ from ...units import parse
 from ..alignment import align
 from ..assumed_motion import AssumedMotion
 from ..card import check_filter_length
-from ..decimation import Decimated
 from ..force_signal import glitch_notes, remove_bias
 from ..joining import INWARDS, derivative, differentiate, join, leave_out_beyond, put_signs, signed
 from ..motion_source import MotionSource
@@ -24,7 +23,7 @@ from ..options import ReadOptions
 from ..quantities import AXES as RECORDING_AXES
 from ..quantities import check_known, dimension
 from ..recording import Card, Note, Recording
-from ..samples import timing_notes
+from ..samples import Decimated, timing_notes
 from ..stream import Stream, constant_depth
 from .messages import Log, Mark, Messages, distinct
 from .reader import logs
@@ -209,7 +208,6 @@ class _Clock:
 
 def _put_block(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) -> None:
     """Set time, force and axes of the stream, and depth and velocity if the log has them."""
-    columns, units = dict(options.columns or {}), dict(options.units or {})
     if len(log.wrench) < 2:
         has = f"; it has {', '.join(log.others[:_MAX_LISTED])}" if log.others else ""
         limit = f"a topic of WrenchStamped or Wrench with at least 2 messages is needed{has}"
@@ -219,7 +217,7 @@ def _put_block(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) ->
             else "Check that the force was recorded."
         )
         raise InputError("number of wrenches", len(log.wrench), limit, stream.place, step)
-    axis_time = _put_wrenches(stream, log, columns, units, options.baseline, clock)
+    axis_time = _put_wrenches(stream, log, clock, options)
     if options.motion is not None or not (clock.moving or len(log.axis)):
         return
     time = stream.values["time"]
@@ -229,7 +227,7 @@ def _put_block(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) ->
         stream.values = {}
         return
     clock.moving = True
-    _put_motion(stream, log.axis, axis_time, units, INWARDS[options.inwards or "increasing"])
+    _put_motion(stream, log.axis, axis_time, dict(options.units or {}), INWARDS[options.inwards or "increasing"])
 
 
 def _settle(stream: Stream, log: Log, options: ReadOptions, assumed: AssumedMotion, moving: bool) -> None:
@@ -293,17 +291,16 @@ def _check(columns: Mapping[str, str]) -> None:
             raise InputError(f"column of the {quantity}", "given", limit, next_step="Leave it out.")
 
 
-def _put_wrenches(
-    stream: Stream, log: Log, columns: Mapping[str, str], units: Mapping[str, str], baseline: bool, clock: _Clock
-) -> np.ndarray:
+def _put_wrenches(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) -> np.ndarray:
     """Set time, force and axes of the stream; return the times of the axis (m,) [s] on the same clock."""
+    columns, units = dict(options.columns or {}), dict(options.units or {})
     wrench = without_faults(log, stream.notes)
     ours = wrench.topic == WRENCH_TOPIC
     times, assumptions, notes, clock.origin = on_one_clock({"force": wrench, "depth": log.axis}, ours, clock.origin)
     stream.assumptions += assumptions
     stream.notes += notes
     note_losses(log.wrench, stream.notes)
-    if baseline:
+    if options.baseline:
         wrench = replace(wrench, values=without_bias(wrench, log.marks, stream))
     order = _usable(times["force"], wrench, "wrenches", stream)
     if clock.start is None:
