@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from numbers import Integral
 
 from ..errors import InputError
-from .formats.rows import number_of
 from .recording import Card, Note
 
 _MAX_FILTER_SAMPLES = 1_000_000  # samples
@@ -61,7 +60,10 @@ class Preamble:
 
     def number(self, key: str) -> float | None:
         """The entry as a finite number, None if it is absent. Raises InputError if it is not a finite number."""
-        number = number_of(self.text(key).strip(), ".") if self.text(key) else None
+        try:  # Python alone reads 1_0 as a number
+            number = float(self.text(key).replace("_", "?")) if self.text(key) else None
+        except ValueError:
+            number = math.nan
         if number is not None and not math.isfinite(number):
             raise self.refusal(key, "a number is needed")
         return number

@@ -210,7 +210,7 @@ class QuietCheck:
         self.readings = math.inf
         self._quiet_sum = self._sum = 0.0
         self._squares: deque[float] = deque()
-        self._last = (math.nan, math.nan)
+        self._last = (0.0, 0.0)
 
     def learn(self, force: np.ndarray) -> None:
         """Learn from a force (n,) [N] at rest, of whose variance the upper bound counts."""
@@ -230,17 +230,15 @@ class QuietCheck:
 
     def add(self, force: float) -> bool:
         """Whether the readings up to this one are too quiet."""
+        if math.isinf(self.readings):
+            return False
         before, last = self._last
         self._last = last, force
-        square = (force - 2.0 * last + before) ** 2
-        if math.isnan(square):
-            return False
-        self._squares.append(square)
-        self._sum += square
-        if len(self._squares) <= self.readings:
-            return len(self._squares) == self.readings and self._sum < self._quiet_sum
-        self._sum -= self._squares.popleft()
-        return self._sum < self._quiet_sum
+        self._squares.append((force - 2.0 * last + before) ** 2)
+        self._sum += self._squares[-1]
+        if len(self._squares) > self.readings:
+            self._sum -= self._squares.popleft()
+        return len(self._squares) == self.readings and self._sum < self._quiet_sum
 
 
 class ScaleCheck:
@@ -251,7 +249,7 @@ class ScaleCheck:
     def __init__(self):
         self._sum, self._count = np.zeros(6), 0
         self._means: deque[np.ndarray] = deque(maxlen=3)
-        self._bias, self._error = np.zeros(6), np.full(6, math.inf)
+        self._bias = self._error = np.full(6, math.inf)
 
     def learn(self, wrenches: np.ndarray) -> None:
         """Learn bias and noise from readings (n, 6) at rest."""

@@ -29,7 +29,7 @@ _DIMENSION = {"vertex": 0, "line": 1, "wedge": 3, "pyramid": 3, **DIMENSION}
 _CORNERS = {"vertex": 1, "line": 2, "wedge": 6, "pyramid": 5, **CORNERS}
 _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "TETRAHEDRON": "tetra"}
 # cell data with the number of a label, in order of preference; the last is the number of a shape in gmsh
-_NUMBERS = ("gmsh:physical", "medit:ref", "su2:tag", "label", "labels", "material", "material_id", "materialid",
+_NUMBERS = ("gmsh:physical", "medit:ref", "label", "labels", "material", "material_id", "materialid",
             "region", "gmsh:geometrical")  # fmt: skip
 _SETS = "named sets of cells"  # header of the column with the number of a name
 # formats that are complete in one file and of plain numbers; docs/howto/solid_meshes.md has the reasons
@@ -48,7 +48,7 @@ class _Block:
 
     @property
     def dimension(self) -> int:
-        return _DIMENSION.get(self.shape, 3)
+        return _DIMENSION[self.shape]
 
 
 def read_mesh(
