@@ -14,7 +14,7 @@ from ..files import write_rows
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .base_motion import COLUMNS as BASE_COLUMNS
-from .base_motion import BaseMotion, base_moves
+from .base_motion import BaseMotion, base_moves, known_force
 from .path_errors import PathReadings
 from .steering_model import SteeringModel, steering_model
 from .tip_paths import TIP_COLUMNS, TipPath
@@ -148,7 +148,7 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
     if not len(motion) or np.any(np.diff(motion.depth) < 0.0):
         limit, step = "must have rows and not decrease", "For a withdrawal, call run of a FlexibleInsertion."
         raise InputError("depth of the base motion", f"{len(motion)} rows", limit, next_step=step)
-    flex = model if isinstance(model, FlexibleInsertion) else steered.insertion(axial, small_slopes=True)
+    flex = model if isinstance(model, FlexibleInsertion) else steered.insertion(axial)
     flex.reset()
     depth = np.maximum.accumulate(np.maximum(motion.depth - steered.values.get("surface", 0.0), 0.0))
     path = TipPath("run", motion.lateral, np.column_stack([0.0 * motion.lateral, depth]), None, roll=motion.roll)
@@ -160,7 +160,7 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
     return SteeredRun(
         motion=motion,
         tip=rows["tip"] + added,
-        force=rows["force"],
+        force=known_force(flex, rows["force"]),
         wrench=rows["wrench"],
         shapes=tuple(_moved(shape, depth, added) for shape in shapes),
         layers=tuple(float(layer.top) for layer in flex.lateral),
