@@ -85,13 +85,14 @@ def distances(result: dict, own: float) -> tuple[list[str], dict]:
     speed = SPEED * (4.0 if plan["deed"] == "too fast" else 1.0)
     late = {"stops 0.4 s late": 0.4, "only silence stops it": 1.6}.get(plan["deed"], 0.0)
     usual = speed * (REACTION + own + late) + stop_distance(LIMITS, speed)
+    unusable = plan["sensor"] in UNUSABLE and (plan["sensor"] != "zero falls" or plan["begins"] < DEPTH - 3e-3)
     hidden = plan["sensor"] in UNUSABLE and truth["lie"] <= truth["crossed"]
     if truth["crossed"] < ordered and not hidden:
         distance, slow = farthest(track, truth["crossed"]), speed * 0.1 * (plan["sensor"] in ("late", "half lost"))
         figures |= {"limit to order [ms]": 1e3 * (ordered - truth["crossed"]), "beyond the limit [mm]": 1e3 * distance}
         if distance > usual + slow:
             wrong.append(f"{1e3 * distance:.2f} mm beyond the limit")
-    if plan["sensor"] in UNUSABLE and truth["lie"] < ordered:
+    if unusable and truth["lie"] < ordered:  # a zero that falls is seen where the needle goes deeper for 0.1 s
         distance = farthest(track, truth["lie"])
         figures |= {"lie to order [ms]": 1e3 * (ordered - truth["lie"]), "without force [mm]": 1e3 * distance}
         if distance > usual + speed * SETTINGS.max_force_gap:
@@ -110,7 +111,7 @@ def rest(result: dict, own: float, after_mm: float) -> list[str]:
     plan, truth, outcome = result["plan"], result["truth"], result["outcome"]
     honest = plan["words"] not in BLIND or truth["lie"] == float("inf")
     stopped = after_mm <= 1e3 * (stop_distance(LIMITS, SPEED) + own * SPEED)
-    allowed = stop_distance(LIMITS, 1.05 * SPEED) + 1.05 * SPEED / plan["rate"]  # from the depth reported last
+    allowed = stop_distance(LIMITS, SPEED) + 1.05 * SPEED / plan["rate"]  # from the depth reported last
     if outcome.rest_confirmed and honest and not stopped and after_mm > 1e3 * allowed:
         return [f"rest confirmed, {after_mm:.2f} mm after the order"]
     if outcome.rest_confirmed and truth["moves_at_end"] and plan["sensor"] not in UNUSABLE:
@@ -128,7 +129,8 @@ def reason(result: dict, own: float) -> list[str]:
     axis_lies = (plan["words"], plan["deed"]) != ("honest", "obeys")
     explained = {
         "done": not lies or returned or plan["words"] in BLIND,
-        "force limit": force > plan["limit"] - 5.0 * NOISE or plan["sensor"] in ("saturated", "wrong sizes"),
+        "force limit": force > plan["limit"] - 5.0 * NOISE
+        or plan["sensor"] in ("saturated", "wrong sizes", "zero falls"),
         "recorder delayed": own > 0.1,
         "axis did not stop": axis_lies or own > 0.1,
     }

@@ -40,8 +40,12 @@ WORDS = [
 SENSOR = [
     "honest", "honest", "honest", "frozen counter", "random counters", "faulty", "doubled", "frozen values", "silent",
     "huge datagrams", "flood of records", "restart", "wrong sizes", "half lost", "late", "saturated", "constant fifth",
+    "scale falls", "scale falls, noise stays", "zero falls",
 ]  # fmt: skip
-UNUSABLE = {"frozen counter", "random counters", "faulty", "doubled", "frozen values", "silent", "restart", "saturated"}
+UNUSABLE = {
+    "frozen counter", "random counters", "faulty", "doubled", "frozen values", "silent", "restart", "saturated",
+    "scale falls", "scale falls, noise stays", "zero falls",
+}  # fmt: skip
 
 
 class LyingRig:
@@ -147,7 +151,12 @@ class LyingRig:
         """What the sensor sends instead of its record ``k``."""
         lie = self.plan["sensor"] if self.lying else "honest"
         force = STIFFNESS * max(0.0, self.depth) + 0.3
-        values = tuple(round(1e5 * (self.draw.gauss(0.0, NOISE) + (force if axis == 2 else 0.1))) for axis in range(6))
+        true = [force if axis == 2 else 0.1 for axis in range(6)]
+        noise = [self.draw.gauss(0.0, NOISE * (0.1 if lie == "scale falls" else 1.0)) for _ in true]
+        if lie.startswith("scale falls"):
+            true = [0.1 * each for each in true]
+        true[2] -= 3.0 * (lie == "zero falls")
+        values = tuple(round(1e5 * (a + b)) for a, b in zip(true, noise))
         honest = Packet(k, 7 * k & 0xFFFFFFFF, 0, values)
         before, self.last = self.last or honest, honest if lie == "honest" else self.last
         if lie == "frozen counter":

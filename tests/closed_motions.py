@@ -269,8 +269,9 @@ def solid(rng, nodes=41, spacing=1e-3):
     return fe.CondensedTissue(spacing, largest * (0.7 * falls + 0.3 * np.exp(-0.03 * apart)))
 
 
-def drawn_in_solid(seed, noise=0.0):
-    """A rigid needle in one or two layers of a condensed solid: (insertion, words, random numbers for its motion)."""
+def drawn_in_solid(seed, noise=0.0, relaxes=False):
+    """A rigid needle in one or two layers of a condensed solid, which may relax: (insertion, words, random numbers for
+    its motion)."""
     rng = np.random.default_rng(seed)
     model = nf.preset(SLIDING[rng.integers(len(SLIDING))])
     laws = {part: scaled(getattr(model, part), rng) for part in ("stiffness", "friction", "cutting")}
@@ -281,6 +282,11 @@ def drawn_in_solid(seed, noise=0.0):
     if rng.random() < 0.5:
         laws["stiffness"] = nf.laws.Cone(10.0 ** rng.uniform(3.5, 6.5), rng.uniform(0.1, 1.0))
     more = {"depth_noise": noise} if noise else {}
+    if relaxes:
+        first, second = rng.uniform(0.0, 0.6), rng.uniform(0.0, 0.35)
+        times = 10.0 ** rng.uniform(-3.0, 1.0, 2)
+        laws["relaxation"] = nf.laws.Prony(share_1=first, time_1=times[0], share_2=second, time_2=times[1])
+        deeper = tuple(replace(layer, relaxation=laws["relaxation"]) for layer in deeper)
     model = replace(model, **laws, deeper=deeper)
     return fe.CondensedInsertion(solid(rng), model, max_speed=math.inf, **more), model.name, rng
 

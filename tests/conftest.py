@@ -22,24 +22,30 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 SHARES = 14
+ALL_REPETITIONS = pytest.StashKey[bool]()  # of a test, and of the run what the test has that runs
 # each has a fixture that takes long to make: a campaign, an installed package, a plugin
 ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators"))
+# files that take long: at the end, one process would wait for the other
+EARLY = (*ONE_PROCESS, "tests/steering", "tests/studies")
 
 
 def pytest_addoption(parser):
     parser.addoption("--lines", action="store_true", help="a line every five seconds instead of dots")
     parser.addoption("--long", action="store_true", help="only the tests that repeat themselves, with all repetitions")
-    parser.addoption("--share", type=int, default=0, help=f"of --long only one of {SHARES} shares, from 1")
+    parser.addoption(
+        "--share", type=int, default=0, help=f"all repetitions for one of {SHARES} shares, from 1; with --long only it"
+    )
 
 
 def pytest_configure(config):
     progress_lines.register(config)
-    config.addinivalue_line("markers", "long: only with --long; without it a test with fewer repetitions remains")
+    config.addinivalue_line("markers", "long: only with all repetitions; else a test with fewer repetitions remains")
 
 
 def pytest_collection_modifyitems(config, items):
-    """``--long`` runs what has the fixture ``many`` or the marker ``long``. Every fourteenth test is in one share: the
-    cases of one test, which take equally long, are on different days. Tests that share what repeats are together."""
+    """All repetitions are for what has the fixture ``many`` or the marker ``long``: with ``--long``, or in the share of
+    ``--share``. Every fourteenth test is in one share: the cases of one test, which take equally long, are on different
+    days. Tests that share what repeats are together."""
     long, share = config.getoption("--long"), config.getoption("--share")
 
     def is_marked(item):
@@ -53,14 +59,21 @@ def pytest_collection_modifyitems(config, items):
         return item.nodeid if repeats_itself else item.nodeid.split("::")[0]
 
     groups = list(dict.fromkeys(group(item) for item in items if repeats(item)))
-    of_share = set(groups[share - 1 :: SHARES] if share else groups)
+    of_share = set(groups[share - 1 :: SHARES] if share else groups if long else ())
+    for item in items:
+        item.stash[ALL_REPETITIONS] = repeats(item) and group(item) in of_share
 
     def is_chosen(item):
-        return repeats(item) and group(item) in of_share if long else not is_marked(item)
+        return item.stash[ALL_REPETITIONS] or not (long or is_marked(item))
 
     config.hook.pytest_deselected(items=[item for item in items if not is_chosen(item)])
     chosen = [item for item in items if is_chosen(item)]
-    items[:] = sorted(chosen, key=lambda item: not item.nodeid.startswith(ONE_PROCESS))  # the longest first
+    items[:] = sorted(chosen, key=lambda item: not item.nodeid.startswith(EARLY))
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_setup(item):
+    item.config.stash[ALL_REPETITIONS] = item.stash[ALL_REPETITIONS]
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -80,8 +93,8 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.fixture(scope="session")
 def many(request):
-    """``many(5, 200)``: how often to repeat something here, and how often in `make test-long`."""
-    return lambda few, full: full if request.config.getoption("--long") else few
+    """``many(5, 200)``: how often to repeat something here, and how often where all repetitions are made."""
+    return lambda few, full: full if request.config.stash[ALL_REPETITIONS] else few
 
 
 @pytest.fixture(scope="session")

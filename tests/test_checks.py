@@ -66,7 +66,7 @@ def test_a_number_without_unit_has_the_next_step_that_is_stated():
 def test_arrays_are_finite_and_points_have_three_numbers():
     assert checks.finite_array("depth", [[1, 2]], "Leave it out.").tolist() == [[1.0, 2.0]]
     assert checks.finite_array("depth", [], "Leave it out.").size == 0
-    assert checks.three_numbers("target", (1, 2, 3)).tolist() == [1.0, 2.0, 3.0]
+    assert checks.in_range("target", (0, 1, -1), checks.TRAVEL, "Give it in m.", (3,)).tolist() == [0.0, 1.0, -1.0]
     for wrong in ([1.0, np.nan], [np.inf], "abc", [[1.0], [2.0, 3.0]], None):
         with pytest.raises(nf.InputError, match=r"^depth is not finite, must be numbers\. Leave it out\.$"):
             checks.finite_array("depth", wrong, "Leave it out.")
@@ -74,8 +74,25 @@ def test_arrays_are_finite_and_points_have_three_numbers():
         with pytest.raises(nf.InputError, match=r"^depth is shape .*, must be \(3,\)\. Leave it out\.$"):
             checks.finite_array("depth", wrong, "Leave it out.", (3,))
     for wrong in ((1.0, 2.0), (1.0, 2.0, np.nan), (1.0, 2.0, np.inf), [[1.0, 2.0, 3.0]], "abc", ("a", "b", "c"), None):
-        with pytest.raises(nf.InputError, match=r"^target is .*, must be three finite numbers\. Give x, y, z in m\.$"):
-            checks.three_numbers("target", wrong)
+        with pytest.raises(nf.InputError, match=r"^target(?: in row \d)? is .*\. Give x, y, z in m\.$"):
+            checks.in_range("target", wrong, checks.TRAVEL, "Give x, y, z in m.", (3,))
+
+
+@pytest.mark.parametrize(
+    "values, message",
+    [
+        ([0.0, 1.5], "place in row 2 is 1.5 m, outside -1 to 1 m: no needle is longer. Check it."),
+        ([[0.0, -1e308]], "place in row 1 is -1e+308 m, outside -1 to 1 m: no needle is longer. Check it."),
+        ([0.0, np.nan], "place in row 2 is nan m, not finite, outside -1 to 1 m: no needle is longer. Check it."),
+        (np.inf, "place is inf m, not finite, outside -1 to 1 m: no needle is longer. Check it."),
+    ],
+)
+def test_a_number_out_of_its_range_is_named_with_its_row_and_the_physics(values, message):
+    with pytest.raises(nf.InputError) as refused:
+        checks.in_range("place", values, checks.TRAVEL, "Check it.")
+    assert str(refused.value) == message
+    with pytest.raises(nf.InputError, match=r"^line 1\d: place is "):
+        checks.in_range("place", np.atleast_1d(values), checks.TRAVEL, "", place=lambda row: f"line {10 + row}")
 
 
 def test_names_and_classes():

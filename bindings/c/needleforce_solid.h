@@ -17,7 +17,8 @@ typedef struct nf_solid nf_solid;
 
 size_t nf_solid_size(void); /* bytes of memory, aligned as a double */
 /* Before the loop. `compliance` [m/N], nodes x nodes row by row, 2 to 64 nodes at a `spacing` [m] from the surface, as
-   Tissue.condense writes it; friction needs a sliding force per length. NULL if refused. */
+   Tissue.condense writes it; friction needs a sliding force per length, relaxation is none or prony, the same in each
+   layer. NULL if refused. */
 nf_solid* nf_solid_init(void* memory, size_t size, const nf_layer* layers, size_t count, const nf_settings* settings,
                         double spacing, size_t nodes, const double* compliance, nf_fault* why);
 void nf_solid_step(nf_solid* solid, double depth, double velocity, double dt, nf_sample* sample);

@@ -9,6 +9,7 @@
 #include "layer_stack.hpp"
 #include "module.hpp"
 #include "needleforce/solid/condensed_insertion.hpp"
+#include "one_thread.hpp"
 
 namespace needleforce::python {
 
@@ -49,6 +50,7 @@ nb::dict run(CondensedInsertion& self, const Values& depth, const Values& dt) {
   result["surface"] = new_array(n, surface);
   result["phase"] = new_array(n, phase);
   result["status"] = new_array(n, status);
+  const Running running(&self);
   nb::gil_scoped_release release;
   for (std::size_t i = 0; i < n; ++i) {
     const Sample sample = self.step(depth.data()[i], no_velocity, dt.data()[i]);
@@ -95,8 +97,8 @@ void bind_condensed(nb::module_& module) {
       "check_condensed", [](double spacing, const Rows& compliance) { table(spacing, compliance); },
       nb::arg("spacing"), nb::arg("compliance"),
       "Raises InputError for the first fault in a compliance [m/N].");
-  nb::class_<CondensedInsertion>(module, "CondensedInsertion",
-                                 "A rigid needle in a solid that was condensed onto its path.")
+  EngineClass<CondensedInsertion>(module, "CondensedInsertion",
+                                  "A rigid needle in a solid that was condensed onto its path.")
       .def(
           "__init__",
           [](CondensedInsertion* self, double spacing, const Rows& compliance, const Stack& layers,
@@ -105,7 +107,8 @@ void bind_condensed(nb::module_& module) {
             const auto list = stacked(layers);
             if (const char* reason = CondensedInsertion::fault(tissue, list))
               raise_input("model", nb::str("refused"), reason,
-                          "Use coulomb, karnopp or lugre friction, without relaxation.");
+                          "Use coulomb, karnopp or lugre friction, and no relaxation but prony, the same in "
+                          "each layer.");
             new (self) CondensedInsertion(tissue, list, limits, bevel);
           },
           nb::arg("spacing"), nb::arg("compliance"), nb::arg("layers"), nb::arg("limits") = Limits{},

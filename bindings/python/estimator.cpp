@@ -9,6 +9,7 @@
 
 #include "module.hpp"
 #include "needleforce/bending/tip_estimator.hpp"
+#include "one_thread.hpp"
 #include "parameters.hpp"
 
 namespace needleforce::python {
@@ -63,7 +64,7 @@ void bind_estimator(nb::module_& module) {
           "slope", [](const TipEstimate& self) { return as_array(self.slope); }, nb::rv_policy::move)
       .def_ro("covariance", &TipEstimate::covariance, "xx, xy, yy [m^2]")
       .def_ro("sample", &TipEstimate::sample, "of the likeliest needle");
-  nb::class_<TipEstimator>(module, "TipEstimator", "Tip and shape estimated in the loop.")
+  EngineClass<TipEstimator>(module, "TipEstimator", "Tip and shape estimated in the loop.")
       .def(
           "__init__",
           [](TipEstimator* self, const SpatialInsertion& likely, const std::vector<SpatialInsertion>& varied,

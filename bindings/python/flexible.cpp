@@ -15,6 +15,7 @@
 
 #include "module.hpp"
 #include "needleforce/solid/bent_in_solid.hpp"
+#include "one_thread.hpp"
 #include "parameters.hpp"
 
 namespace needleforce::python {
@@ -82,6 +83,7 @@ nb::dict run(Bent<dimension, Axial>& self, const Values& depth, const Rows& late
   result["force"] = new_array(n, force);
   result["status"] = new_array(n, status);
   result["buckled"] = new_array(n, buckled);
+  const Running running(&self);
   nb::gil_scoped_release release;
   for (std::size_t i = 0; i < n; ++i) {
     const double *x = lateral.data() + 2 * i, *t = tilt.data() + 2 * i;
@@ -173,7 +175,7 @@ void bind_bent_sample(nb::module_& module) {
 template <std::size_t dimension, class Axial = Insertion>
 void bind_flexible(nb::module_& module, const char* name, const char* doc) {
   using Self = Bent<dimension, Axial>;
-  nb::class_<Self>(module, name, doc)
+  EngineClass<Self>(module, name, doc)
       .def(
           "__init__",
           [](Self* self, const Axial& axial, const std::vector<bending::LateralLayer>& lateral,

@@ -16,6 +16,7 @@
 #include "module.hpp"
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/insertion.hpp"
+#include "one_thread.hpp"
 #include "parameters.hpp"
 
 namespace needleforce::python {
@@ -48,6 +49,12 @@ constexpr double none = std::numeric_limits<double>::quiet_NaN();
 struct Recorded {
   Guard<AnyEngine> guard;
   FlightRecorder<4096> recorder{};
+
+  /// The guard, unless its engine runs in another thread.
+  Guard<AnyEngine>& alone() {
+    Running::refuse(guard.engine().engine);
+    return guard;
+  }
 
   needleforce::Output keep(double depth, double velocity, double dt,
                            const needleforce::Output& output) noexcept {
@@ -134,17 +141,17 @@ void bind_guard(nb::module_& module) {
       .def(
           "step",
           [](Recorded& self, double depth, std::optional<double> velocity, double dt) {
-            const needleforce::Output output = self.guard.step(depth, velocity.value_or(no_velocity), dt);
+            const needleforce::Output output = self.alone().step(depth, velocity.value_or(no_velocity), dt);
             return self.keep(depth, velocity.value_or(none), dt, output);
           },
           nb::arg("depth"), nb::arg("velocity").none(), nb::arg("dt"),
           "A cycle with a measurement of the device: depth [m], velocity [m/s] or None, dt [s] since the "
           "last cycle. Never raises.")
       .def(
-          "miss", [](Recorded& self, double dt) { return self.keep(none, none, dt, self.guard.miss(dt)); },
+          "miss", [](Recorded& self, double dt) { return self.keep(none, none, dt, self.alone().miss(dt)); },
           nb::arg("dt"), "A cycle in which no measurement came. Never raises.")
       .def(
-          "reset", [](Recorded& self) { self.guard.reset(); },
+          "reset", [](Recorded& self) { self.alone().reset(); },
           "Back to before the first contact, the engine too; the record stays.")
       .def("columns", &columns_of, "The last cycles as columns of float64, oldest first.")
       .def_prop_ro("settings", [](const Recorded& self) { return self.guard.settings(); }, "As given.");

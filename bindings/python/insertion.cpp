@@ -15,6 +15,7 @@
 #include "layer_stack.hpp"
 #include "module.hpp"
 #include "needleforce/sliding.hpp"
+#include "one_thread.hpp"
 #include "parameters.hpp"
 #include "sliding_force.hpp"
 
@@ -47,6 +48,7 @@ nb::dict run(Insertion& insertion, const Values& depth, const std::optional<Valu
   result["cutting"] = new_array(n, cutting);
   result["phase"] = new_array(n, phase);
   result["status"] = new_array(n, status);
+  const Running running(&insertion);
   nb::gil_scoped_release release;
   for (std::size_t i = 0; i < n; ++i) {
     const Sample sample =
@@ -67,6 +69,7 @@ Output forces(Insertion& insertion, const Values& depth, const Values& dt) {
   require_length(dt, n, "dt");
   double* force;
   Output array = new_array(n, force);
+  const Running running(&insertion);
   nb::gil_scoped_release release;
   for (std::size_t i = 0; i < n; ++i)
     force[i] = insertion.step(depth.data()[i], no_velocity, dt.data()[i]).force;
@@ -155,7 +158,7 @@ void bind_insertion(nb::module_& module) {
   bind_model(module);
   bind_parameters<Bevel>(module, "Bevel");
   bind_parameters<Limits>(module, "Limits");
-  nb::class_<Insertion>(module, "Insertion", "The simulated insertion, one cycle at a time.")
+  EngineClass<Insertion>(module, "Insertion", "The simulated insertion, one cycle at a time.")
       .def(
           "__init__",
           [](Insertion* self, const Stack& layers, const Limits& limits, const Bevel& bevel) {

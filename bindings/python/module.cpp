@@ -6,7 +6,22 @@
 
 #include "needleforce/version.hpp"
 
+namespace {
+
+/// Objects are kept from a second thread by the interpreter's lock, which a free-threaded Python brings back
+/// when it loads this module, unless it was started to run without.
+void require_lock() {
+  const nanobind::object flags = nanobind::module_::import_("sys").attr("flags");
+  if (nanobind::hasattr(flags, "gil") && flags.attr("gil").equal(nanobind::int_(0)))
+    throw nanobind::import_error(
+        "needleforce needs the interpreter's lock, and this Python was started without it: start it without "
+        "PYTHON_GIL=0 and -X gil=0.");
+}
+
+}  // namespace
+
 NB_MODULE(core, module) {
+  require_lock();
   // what is alive when Python ends is mostly its own caches, and no concern of a user
   nanobind::set_leak_warnings(false);
   module.doc() = "The compiled core of needleforce: laws, contact, foundation, insertion, guard, fit.";

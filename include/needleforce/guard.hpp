@@ -50,7 +50,7 @@ struct Output {
 
 /// An engine and a device's limits: scale, clamp, slew, watchdog, energy, in this order, so that the last
 /// guarantee always holds; a fall to zero is never slowed. Trivially copyable where the engine is.
-/// `Guard<Engine&>` leaves the engine with its owner.
+/// `Guard<Engine&>` leaves the engine with its owner. For one thread at a time.
 template <class Engine>
   requires Steppable<std::remove_reference_t<Engine>>
 class Guard {

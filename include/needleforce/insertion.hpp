@@ -25,7 +25,8 @@
 namespace needleforce {
 
 /// A needle going in and out of up to eight layers. Trivially copyable: a snapshot is a copy, restoring is
-/// assignment.
+/// assignment. For one thread at a time, as every class here that does not state otherwise; objects share
+/// nothing.
 class Insertion {
  public:
   /// Checks and prepares the model; with an invalid one every step gives force 0 and `invalid_parameter`.

@@ -5,8 +5,8 @@ Text, None and arrays are no numbers here, and NaN meets no condition.
 """
 
 import math
-from collections.abc import Iterable
-from typing import Any, TypeVar
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,26 @@ from numpy.typing import ArrayLike
 from .errors import InputError
 
 Kind = TypeVar("Kind")
+
+
+class Range(NamedTuple):
+    """The numbers that a quantity can be, and the physics that ends them."""
+
+    low: float
+    high: float
+    unit: str
+    why: str
+
+
+# what the numbers of needles, robots and tissue can be: beyond, a unit is wrong or a cell is damaged
+PLACE = Range(-100.0, 100.0, "m", "no tracker sees farther")
+TRAVEL = Range(-1.0, 1.0, "m", "no needle is longer")
+LENGTH = Range(1e-7, 1.0, "m", "between a cell and the longest needle")
+SLOPE = Range(-10.0, 10.0, "", "a tip at 84 degrees to its insertion does not enter")
+ROLL = Range(-1e5, 1e5, "rad", "16 000 turns")
+FORCE = Range(-1e3, 1e3, "N or N m", "no needle carries more")
+MODULUS = Range(1e-2, 2e12, "Pa", "from a gel that hardly stands to diamond")
+DENSITY = Range(1e-2, 1e6, "kg/m^3", "from a gas to forty times the densest metal")
 
 
 def above_zero(quantity: str, value: float, unit: str = "", next_step: str = "") -> float:
@@ -54,12 +74,37 @@ def finite_array(quantity: str, values: ArrayLike, next_step: str, shape: tuple[
     raise InputError(quantity, "not finite", "must be numbers", next_step=next_step)
 
 
-def three_numbers(quantity: str, values: ArrayLike, next_step: str = "Give x, y, z in m.") -> np.ndarray:
-    """The values as an array if they are three finite numbers."""
+def in_range(
+    quantity: str,
+    values: ArrayLike,
+    allowed: Range,
+    next_step: str,
+    shape: tuple[int, ...] | None = None,
+    place: Callable[[int], str] | None = None,
+) -> np.ndarray:
+    """The values as an array if each is a number of the range and its shape, where one is stated, is this; ``place``
+    states where a row is, which otherwise is named by its number."""
     array = _array(values)
-    if array.shape == (3,) and np.all(np.isfinite(array)):
+    if shape is not None and array.shape != shape:
+        raise InputError(quantity, f"shape {array.shape}", f"must be {shape}", next_step=next_step)
+    right = (array >= allowed.low) & (array <= allowed.high)
+    if np.all(right):
         return array
-    raise InputError(quantity, repr(values), "must be three finite numbers", next_step=next_step)
+    at = tuple(int(k) for k in np.argwhere(~right)[0])
+    unit, value = f" {allowed.unit}".rstrip(), float(array[at])
+    limit = f"outside {allowed.low:g} to {allowed.high:g}{unit}: {allowed.why}"
+    limit = limit if math.isfinite(value) else f"not finite, {limit}"
+    row = f" in row {at[0] + 1}" if at and not place else ""
+    where = place(at[0] if at else 0) if place else ""
+    raise InputError(f"{quantity}{row}", f"{value:g}{unit}", limit, where, next_step)
+
+
+def random_seed(value: int, quantity: str = "seed") -> int:
+    """The value if random numbers can begin with it."""
+    if isinstance(value, int | np.integer) and 0 <= value < 1 << 63:
+        return value
+    limit = "must be a whole number, at least 0 and below 2^63"
+    raise InputError(quantity, repr(value)[:60], limit, next_step="Give 1.")
 
 
 def one_of(quantity: str, value: object, names: Iterable[str]) -> None:

@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperGroup
 
 from .commands import bench_tests, inspect, steer
-from .commands.output import prepare_streams, say, typed
+from .commands.output import each_output, prepare_streams, say, typed
 from .errors import InputError, did_you_mean
 
 COMMANDS = ("demo", "inspect", "simulate", "identify", "campaign", "study", "compare", "indentation", "penetration",
@@ -28,6 +28,11 @@ class Commands(TyperGroup):
         inner = getattr(command, "commands", {}).get(rest[0] if rest else "", command)
         typed.begin(args, getattr(inner, "params", ()))
         return name, command, rest
+
+    def invoke(self, ctx: typer.Context) -> Any:
+        """The command, after which an output that could not be written makes the exit code that of an error."""
+        with each_output():
+            return super().invoke(ctx)
 
     def _resolved(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Any, list[str]]:
         """A path is no command: one that exists, or that has a folder or an ending."""

@@ -8,8 +8,8 @@ import os
 import re
 import secrets
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import Any, BinaryIO, TextIO
@@ -21,6 +21,8 @@ MAX_RECORDING_BYTES = 1 << 31
 """Bytes of a recording: five hours at 1 kHz in text with twelve columns."""
 MAX_SAMPLES = 1 << 25
 """Samples of a recording: nine hours at 1 kHz, 80 minutes of the fastest sensor at 7 kHz."""
+MAX_PART_SAMPLES = 1 << 22
+"""Readings of a part of a live recording: ten minutes at 7 kHz, 70 at 1 kHz, read within 1 GB of memory."""
 MAX_DEFINITION_BYTES = 1 << 20
 """Bytes of a file of parameters, of a table of readings or of file names; those shipped have at most 6 kB."""
 MAX_RESULT_BYTES = 1 << 23
@@ -35,6 +37,8 @@ _STEPS = {"a folder": "Name a file in it.", "a link": "Name the file to which it
 _OPEN = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _CREATE = os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_LINK | getattr(os, "O_BINARY", 0)
+
+_FIRST_BYTES = 1 << 12  # of a file, that tell whether it was written anew
 
 _MAX_TOML_DEPTH = 16  # tables within tables, or parts of a dotted key: a preset has 4
 _MAX_TOML_WORD = 300  # characters of a number or a bare key: the largest float in full has 309, of which 17 count
@@ -83,6 +87,29 @@ def open_regular(
     return file
 
 
+def same_file(path: str | os.PathLike) -> Callable[[], AbstractContextManager[None]]:
+    """A context for reading, at whose end InputError is raised if the name has another file than now, or one written
+    anew, whatever else that led to; it may grow at its end."""
+
+    def state() -> tuple[tuple[int, int], int, int, bytes]:
+        with open_regular(path) as file:
+            found = os.fstat(file.fileno())
+            return (found.st_dev, found.st_ino), found.st_size, found.st_mtime_ns, file.read(_FIRST_BYTES)
+
+    @contextmanager
+    def reading() -> Iterator[None]:
+        try:
+            yield
+        finally:
+            now = state()
+            if now != opened and not (now[0] == opened[0] and now[1] > opened[1] and now[3].startswith(opened[3])):
+                limit, step = "what was read is of two files", "Read it again when it is complete."
+                raise InputError("file", "changed while it was read", limit, str(path), step) from None
+
+    opened = state()
+    return reading
+
+
 def leads_out(path: Path, folder: Path) -> bool:
     """Whether a path within a folder is, or goes through, a link to what is not in the folder."""
     try:
@@ -126,10 +153,13 @@ def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITI
     return content
 
 
-def digest(path: str | os.PathLike) -> str:
-    """The SHA-256 of a file. Raises InputError as ``open_regular``."""
-    with open_regular(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+def digest(*paths: str | os.PathLike) -> str:
+    """The SHA-256 of a file, or of several as one. Raises InputError as ``open_regular``."""
+    found = hashlib.sha256()
+    for path in paths:
+        with open_regular(path) as file:
+            hashlib.file_digest(file, lambda: found)
+    return found.hexdigest()
 
 
 @contextmanager
@@ -289,6 +319,14 @@ def atomic_write(path: str | os.PathLike) -> Iterator[TextIO]:
     finally:
         with suppress(OSError):
             part.unlink(missing_ok=True)
+
+
+def write_rows(path: str | os.PathLike, columns: Sequence[str], rows: Iterable[dict[str, Any]]) -> None:
+    """Write rows as CSV, numbers with six digits, as ``atomic_write``."""
+    with atomic_write(path) as file:
+        file.write(",".join(columns) + "\n")
+        for row in rows:
+            file.write(",".join(each if isinstance(each, str) else f"{each:.6g}" for each in row.values()) + "\n")
 
 
 def _created(part: Path, target: Path) -> int:

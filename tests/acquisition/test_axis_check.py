@@ -75,6 +75,7 @@ def test_an_axis_that_keeps_to_its_orders_is_never_accused(speed, delays, stops)
     report = check.stop_report()
     assert not check.fault and report.confirmed, report
     assert report.distance <= stop_distance(LIMITS, speed) + 0.2 * speed  # the depth known last may be 0.2 s old
+    assert report.allowed == stop_distance(LIMITS, speed)  # what is printed before the run is what is judged
 
 
 @pytest.mark.parametrize("factor", [1.5, 3.0, 10.0])

@@ -316,4 +316,16 @@ def test_a_full_disk_ends_the_run(recorded, monkeypatch):
         outcome, log = recorded(sensor, axis, [(0.05, 0.003)], flush_every=0.02)
     assert outcome.ended == "disk full"
     assert not log.complete and len(log.wrench.sequence)
+    assert outcome.lost == 0 and outcome.unwritten == outcome.received - len(log.wrench.sequence) > 0
     assert "stop" in axis.received
+
+
+def test_a_run_is_recorded_in_parts(recorded):
+    with FakeSensor() as sensor, FakeAxis() as axis:
+        outcome, log = recorded(sensor, axis, [(0.02, 0.02), (-0.002, 0.04)], part_samples=300)
+    assert outcome.ended == "done" and outcome.lost == outcome.unwritten == 0 and log.complete
+    assert len(log.wrench.sequence) == outcome.received and len(log.files) == -(-outcome.received // 300) > 3
+    assert {mark.facts["name"] for mark in log.marks if mark.kind == "phase"} >= {"insertion", "extraction"}
+    assert [mark.kind for mark in log.marks].count("bias") == 1
+    with FakeSensor() as sensor, pytest.raises(InputError, match="this file exists"):
+        recorded(sensor, duration=0.1)

@@ -4,12 +4,21 @@
 The true depth is that of the fake axis, which no lie changes. The bounds are those of docs/evidence/safety_case.md.
 """
 
+import dataclasses
 import random
+import re
 
+import numpy as np
 import pytest
-from fake_rig import CONFIGURATION, FAR, GAP, SPEED, STIFFNESS, FakeAxis, FakeSensor
+from fake_rig import BIAS, CONFIGURATION, FAR, GAP, SPEED, STIFFNESS, FakeAxis, FakeSensor, counts
 
 from needleforce import InputError
+from needleforce.acquisition.recorder import record_run
+from needleforce.acquisition.settings import Settings
+from needleforce.acquisition.sources import net_ft_sensor
+from needleforce.acquisition.sources.axis import AxisClient
+from needleforce.acquisition.sources.net_ft_sensor import SensorClient
+from needleforce.acquisition.sources.reading_checks import QuietCheck
 from needleforce.commands.record import force_limit
 
 
@@ -150,3 +159,96 @@ def test_the_force_is_watched_while_the_needle_is_withdrawn_before_the_bias(reco
             with pytest.raises(InputError, match="force limit"):
                 recorded(sensor, axis, [(-0.015, 0.02), (0.03, 0.01)], force_limit=3.0)
     assert 0.05 - axis.depth < 3e-3 + SPEED * 0.1 + 0.5e-3
+
+
+NOISE = np.array([2e-3] * 3 + [3e-5] * 3)
+CHANGED_AT = 2e-3  # [m] of depth, where the force is 1 N
+
+
+def changing(axis, true_of, changed):
+    """A sensor with noise on all axes, and a lateral force; from ``CHANGED_AT`` on, what it sends is ``changed``."""
+    draw = np.random.default_rng(3)
+
+    def packets(sensor, k):
+        force = STIFFNESS * max(0.0, axis.depth)
+        true_of.append(force)
+        true = np.array(BIAS) + force * np.array([0.03, -0.02, 1.0, 2e-4, 3e-4, 0.0])
+        noise = NOISE * draw.standard_normal(6)
+        sent = changed(true, noise) if axis.depth > CHANGED_AT else true + noise
+        return [sensor.packet(k)._replace(counts=counts(sent))]
+
+    return FakeSensor(packets=packets)
+
+
+@pytest.mark.parametrize(
+    "changed, words, seconds",
+    [
+        (lambda true, noise: 0.1 * (true + noise), "scale changed|zero moved", 0.15),
+        (lambda true, noise: true * [0.5, 0.5, 0.9, 0.5, 0.5, 0.5] + noise, "scale changed", 0.2),
+        (lambda true, noise: np.array(BIAS) + 0.3 * noise, "its noise fell", 1.5),
+        (lambda true, noise: true + noise - [0, 0, 3.0, 0, 0, 0], "its zero moved", 0.15),
+    ],
+    ids=["scale with its noise", "scale without its noise", "noise", "zero"],
+)
+def test_a_sensor_that_changes_stops_the_needle_before_the_limit_is_far(recorded, changed, words, seconds):
+    true, speed = [], 5e-3
+    with FakeAxis() as axis, changing(axis, true, changed) as sensor:
+        outcome, log = recorded(sensor, axis, [(0.05, speed)], force_limit=8.0, bias_time=0.5, silence=1.0)
+    assert outcome.ended == "sensor fault" and re.search(words, outcome.detail) and log.complete
+    assert max(true) < STIFFNESS * (CHANGED_AT + speed * seconds + outcome.stop.allowed)
+
+
+def test_a_sensor_that_does_not_change_reaches_the_limit(recorded):
+    with FakeAxis() as axis, changing(axis, [], lambda true, noise: true + noise) as sensor:
+        outcome, _ = recorded(sensor, axis, FAR, force_limit=4.0, bias_time=0.5)
+    assert outcome.ended == "force limit"
+
+
+@pytest.mark.parametrize("length", [1, 10, 50])
+def test_only_a_sensor_that_loses_its_scale_is_quiet(length):
+    """Behind an average filter too, on an own ramp with a rupture, of 100 000 readings."""
+    average = np.full(length, 1.0 / length)
+    for seed in range(3):
+        draw, place = np.random.default_rng(seed), np.linspace(0.0, 10.0, 100_000)
+        noise = np.convolve(draw.normal(0.0, 2e-3, len(place) + length - 1), average, "valid")
+        check = QuietCheck()
+        check.learn(noise[:500])
+        force = np.where(place < 6.0, 0.1 * place**2, 1.0) + noise
+        assert not any(map(check.add, force[500:].tolist()))
+        assert any(map(check.add, (1.0 + 0.3 * noise[: 2 * check.readings]).tolist()))
+        assert check.readings < 4000
+
+
+def test_a_page_that_changes_in_the_run_stops_the_needle(tmp_path, monkeypatch):
+    page = tmp_path / "page.xml"
+    page.write_bytes(CONFIGURATION.xml())
+    monkeypatch.setattr(net_ft_sensor, "_PAGE_INTERVAL_S", 0.05)
+    with FakeAxis() as axis:
+
+        def packets(sensor, k):
+            if k == 200:
+                page.write_bytes(dataclasses.replace(CONFIGURATION, counts_per_force=1e4).xml())
+            return [sensor.packet(k)]
+
+        with FakeSensor(packets=packets) as sensor:
+            force = SensorClient("127.0.0.1", sensor.port, CONFIGURATION, str(page))
+            moved = AxisClient("127.0.0.1", axis.port, timeout=5.0)
+            settings = Settings(force_limit=5.0, bias_time=0.1)
+            outcome = record_run(tmp_path / "run.mcap", force, moved, FAR, {}, settings)
+    assert outcome.ended == "sensor fault" and outcome.rest_confirmed
+    assert "counts_per_force 1000.0 is now 10000.0" in outcome.detail
+    assert axis.depth < 0.049
+
+
+def test_a_lateral_axis_that_freezes_is_noted_and_stops_nothing(recorded):
+    draw = random.Random(1)
+
+    def packets(sensor, k):
+        packet = sensor.packet(k)
+        across = [each + draw.randrange(-3, 4) for each in packet.counts]
+        return [packet._replace(counts=(across[0] if k < 150 else 500, across[1], packet.counts[2], *across[3:]))]
+
+    with FakeAxis() as axis, FakeSensor(packets=packets) as sensor:
+        outcome, log = recorded(sensor, axis, [(0.005, 0.01)])
+    assert outcome.ended == "done" and outcome.frozen_axes == ("fx",)
+    assert [mark.facts["axis"] for mark in log.marks if mark.kind == "frozen"] == ["fx"]

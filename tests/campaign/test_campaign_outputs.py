@@ -188,6 +188,11 @@ def test_the_command(few, tmp_path):
     assert {each["name"] for each in document["conditions"]} == {"speed", "double"}
     assert sum(len(each["recordings"]) for each in document["conditions"]) + len(document["others"]) == len(FEW)
     assert table.stat().st_size > 1000 and report.stat().st_size > 5000
+    again = [table, report, *sorted(few.iterdir())]  # as a shell expands the folder after the first run
+    state = few.parent / "state"
+    for _ in range(2):
+        done = run(*again, *([state] if state.is_dir() else []), "--state", state, "--table", table, "--json", "-")
+        assert done.returncode == 0, done.stderr
     for word in ("has another motion", "double_5-empty.csv", "left out", "stray.csv", "of the repeats used"):
         assert word in done.stderr
 

@@ -100,7 +100,11 @@ def test_what_could_not_be_read_is_in_the_table(real):
         ("sign", lambda force: -force),
         pytest.param("force_unit", lambda force: force / 4.4482216152605, marks=pytest.mark.long),
         pytest.param("saturated", lambda force: np.minimum(force, 0.75 * force.max()), marks=pytest.mark.long),
-        ("drift", lambda force: force + np.linspace(0.0, 0.1 * force.max(), len(force))),
+        pytest.param(
+            "drift",
+            lambda force: force + np.linspace(0.0, 0.1 * force.max(), len(force)),
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_a_fault_added_to_a_real_recording_is_named(recordings, tmp_path, kind, spoil):

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 import needleforce as nf
 from needleforce.cli import app
 from needleforce.errors import InputError
+from needleforce.recording.log import LogWriter
 
 
 @pytest.fixture
@@ -55,3 +56,23 @@ def test_an_unreadable_file_leaves_no_output(tmp_path):
 def test_an_invalid_target_is_refused(insertion, tmp_path, name, message):
     done = convert(insertion, "-o", tmp_path / name)
     assert isinstance(done.exception, InputError) and message in str(done.exception)
+
+
+def test_a_log_in_parts_at_a_lower_rate(tmp_path):
+    """Of the whole; the rate of a file without time is another option, which a note states."""
+    recording = nf.simulate(nf.preset("paper"), nf.Motion.insert(-2e-3, 3e-3, 10e-3, 0.0, True), 1000)
+    log = LogWriter(tmp_path / "run.mcap", {}, part_samples=2000)
+    for k, (time, force, depth) in enumerate(zip(recording.time, recording.force, recording.depth)):
+        clocks = (k, *[round(1e9 * time)] * 3)
+        log.wrench(*clocks, (0.0, 0.0, force, 0.0, 0.0, 0.0))
+        log.state(*clocks, depth, 0.0)
+    log.close({})
+    target = tmp_path / "slow.csv"
+    done = convert(tmp_path / "run.mcap", "-o", target, "--decimate-to-hz", 100)
+    assert done.exit_code == 0 and f"{len(recording)} samples are reduced to 100 a second" in done.stderr
+    slow = nf.read(target)
+    assert slow.rate == pytest.approx(100.0) and slow.depth.max() == pytest.approx(10e-3, abs=1e-4)
+    fall = np.abs(slow.force - np.interp(slow.time, recording.time, recording.force))
+    assert np.median(fall) < 1e-4 and slow.force.max() <= recording.force.max()
+    notes = " ".join(note.message for note in nf.read(tmp_path / "run.mcap", rate=100.0).notes)
+    assert "rate that was given is not used, because the file has its own time (--decimate-to-hz" in notes

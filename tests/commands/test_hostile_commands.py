@@ -193,3 +193,37 @@ def test_a_terminal_that_knows_only_ascii(arguments, root, tmp_path):
     assert b"\\" not in done.stdout + done.stderr
     for table in re.findall(rb"(?:^[+|].*\n)+", done.stdout, re.M):
         assert len(set(map(len, table.splitlines()))) == 1, table.decode()
+
+
+# the outputs of a command, the first of which meets a full disk
+OUTPUTS = {
+    "identify": ["--json o.json", "--report o.html", "--save o.toml", "--csv o.csv", "--draws d.csv"],
+    "compare": ["--json o.json", "--report o.html"],
+    "penetration": ["--json o.json", "--table o.csv", "--report o.html"],
+    "campaign": ["--table o.csv", "--json o.json", "--report o.html"],
+}
+
+
+@pytest.mark.parametrize("command", OUTPUTS)
+def test_a_full_disk_loses_one_output(command, root, tmp_path, monkeypatch):
+    import errno
+
+    from typer.testing import CliRunner
+
+    from needleforce.cli import app
+
+    words = " ".join(OUTPUTS[command]).split()
+    lost, *kept = words[1::2]
+    replace = os.replace
+
+    def full(source, target):
+        if os.path.basename(target) == lost:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        replace(source, target)
+
+    monkeypatch.setattr(os, "replace", full)
+    monkeypatch.chdir(tmp_path)
+    models = ["--models", "paper"] if command == "compare" else []
+    done = CliRunner().invoke(app, [command, str(root / "examples" / "insertion.csv"), *models, *words])
+    assert done.exit_code == 2 and f"{lost}: file is not written, No space left on device" in done.stderr
+    assert [name for name in kept if not os.path.getsize(name)] == [] and not os.path.exists(lost)

@@ -61,18 +61,22 @@ struct Hand {
     const double part = 0.5 * (before + after) * way;
     work += part, turned += std::abs(part);
   }
-  /// Forces and moments across in the frame of the tissue: the base is turned by its tilt.
+  /// Lateral force in the frame of the tissue, and the moment by the slopes, as about x and y.
   static std::array<double, 4> turned_back(const BentSample& sample, const Base& base) {
-    const double x = base.tilt[0], y = base.tilt[1], angle = std::hypot(x, y);
-    const double sine = angle > 0.0 ? std::sin(angle) / angle : 1.0;
-    const double rest = angle > 1e-6 ? (1.0 - std::cos(angle)) / (angle * angle) : 0.5;
-    std::array<double, 4> result;
-    for (std::size_t k = 0; k < 2; ++k) {
-      const double* v = sample.wrench.data() + 3 * k;
-      const double across = sine * v[2] - rest * (x * v[0] + y * v[1]);
-      result[2 * k] = v[0] + x * across, result[2 * k + 1] = v[1] + y * across;
+    const double length = std::sqrt(1.0 + base.tilt[0] * base.tilt[0] + base.tilt[1] * base.tilt[1]);
+    const std::array<double, 3> t{base.tilt[0] / length, base.tilt[1] / length, 1.0 / length};
+    const double q = std::sqrt(1.0 - t[0] * t[0]);
+    const std::array<double, 3> x{q, -t[0] * t[1] / q, -t[0] * t[2] / q}, y{0.0, t[2] / q, -t[1] / q};
+    std::array<double, 3> f, m;
+    for (std::size_t i = 0; i < 3; ++i) {
+      f[i] = sample.wrench[0] * x[i] + sample.wrench[1] * y[i] + sample.wrench[2] * t[i];
+      m[i] = sample.wrench[3] * x[i] + sample.wrench[4] * y[i] + sample.wrench[5] * t[i];
     }
-    return result;
+    // a slope turns about t x e, and the axes a little about t
+    const double about = -sample.wrench[5] * t[0] / (length * q);
+    const double by_x = (m[1] * t[2] - m[2] * t[1]) / length + about * y[0];
+    const double by_y = (m[2] * t[0] - m[0] * t[2]) / length + about * y[1];
+    return {f[0], f[1], -by_y, by_x};
   }
 };
 

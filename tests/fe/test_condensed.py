@@ -319,7 +319,7 @@ def test_paths_and_models_that_do_not_fit_are_named(gel):
         solid(cell=20 * RADIUS).condense(fe.NeedlePath(LENGTH, LENGTH / 62, RADIUS))
     with pytest.raises(nf.InputError, match="not a Model"):
         fe.CondensedInsertion(gel, "paper")
-    relaxing = replace(model(), relaxation=nf.laws.Prony(share_1=0.5, time_1=1.0))
+    relaxing = replace(model(), relaxation=nf.laws.PronyAtRest(share_1=0.5, time_1=1.0))
     with pytest.raises(nf.InputError, match=r"relaxes.*Use coulomb, karnopp or lugre"):
         fe.CondensedInsertion(gel, relaxing)
 

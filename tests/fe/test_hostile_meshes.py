@@ -105,3 +105,11 @@ def test_the_process_reads_the_next_mesh_after_one_that_it_did_not_survive(tmp_p
         fe.read_mesh(tmp_path / "a.vtk", depth_axis="y")
     (tmp_path / "b.inp").write_text(INP)
     assert len(fe.read_mesh(tmp_path / "b.inp", depth_axis="y").cells) == 1
+
+
+@pytest.mark.parametrize("scale", [1e-160, 5e-324])
+def test_a_cell_too_small_for_its_volume_is_refused_without_a_warning(tmp_path, scale, recwarn):
+    corners = scale * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    with pytest.raises(nf.InputError, match="cell 0 is flat or folded"):
+        fe.Mesh(corners, [[0, 1, 2, 3]], "tetra")
+    assert not recwarn.list

@@ -119,3 +119,34 @@ def test_what_does_not_fit_is_named_and_no_file_is_written(solved, tmp_path):
     with pytest.raises(nf.InputError, match="solution is of shape"):
         fe.report(file, solved[0], np.zeros(3))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "depth, force, words",
+    [
+        ([0.0, np.nan], [0.0, 1.0], "depth in row 2 is nan m, not finite"),
+        ([0.0, 1e308], [0.0, 1.0], "depth in row 2"),
+        ([0.0, 0.01], [0.0, np.inf], "force in row 2 is inf"),
+    ],
+)
+def test_an_insertion_with_numbers_that_no_needle_has_is_named(solved, tmp_path, depth, force, words):
+    with pytest.raises(nf.InputError, match=words):
+        nf.fe.report(tmp_path / "page.html", *solved[:2], depth=depth, force=force)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    "make, words",
+    [
+        (lambda: nf.fe.Elastic(1e308), "young_modulus is 1e[+]308 Pa, outside"),
+        (lambda: nf.fe.Elastic(1e4, density=1e308), "density"),
+        (lambda: nf.fe.NeoHookean(1e308), "shear_modulus"),
+        (lambda: nf.fe.MooneyRivlin(1e307, 1e307), "c10 . c01"),
+        (lambda: nf.fe.NeedlePath(0.02, 5e-324, 1e-3), "spacing of the path"),
+        (lambda: nf.fe.NeedlePath(1e308, 1e-3, 1e-3), "depth of the path"),
+        (lambda: nf.fe.CondensedTissue(1e-3, np.eye(3), np.nan), "radius is nan"),
+    ],
+)
+def test_numbers_of_solids_have_ranges(make, words):
+    with pytest.raises(nf.InputError, match=words):
+        make()

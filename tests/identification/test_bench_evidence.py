@@ -59,7 +59,7 @@ def test_the_slope_at_the_start_holds_the_truth(shape, slope, many):
 
 @pytest.mark.parametrize("name", TENSION)
 def test_the_modulus_in_tension_is_that_at_the_start(name, many):
-    case, count, inside, closest = TENSION[name], many(2, 60), 0, []
+    case, count, inside, closest = TENSION[name], many(1, 60), 0, []
     for seed in range(count):
         strain, stress = case.curve(seed)
         fit = fit_stress(StressCurve(1.0 + strain, stress), fit_zero=True)
@@ -82,7 +82,7 @@ OTHER_LAWS |= {f"Fung, b = {b}, to {end}": (fung, b, end) for b, end in FUNG}
 @pytest.mark.parametrize("name", OTHER_LAWS)
 def test_a_law_that_passes_for_another_has_the_modulus_in_its_interval(name, many):
     law, shape, end = OTHER_LAWS[name]
-    stretch, count, inside = np.linspace(1.0, end, 80), many(6, 60), 0
+    stretch, count, inside = np.linspace(1.0, end, 80), many(3, 60), 0
     for seed in range(count):
         stress = law(stretch, 3e5, shape)
         stress = stress + 0.005 * stress.max() * np.random.default_rng(seed).standard_normal(80)

@@ -299,7 +299,7 @@ def test_an_interval_holds_its_own_value(verdicts):
 def repeated(many):
     """Repeats of conditions with one systematic error each, which all of them share: taken for random, three leave 84 %
     of the intervals with their truth, ten 74 %."""
-    names, n = list(REPEATED), many(5, 10)
+    names, n = list(REPEATED), many(3, 10)
     return [trial(30000 + k, names[k % len(names)], n) for k in range(many(len(names), 6 * len(names)))]
 
 

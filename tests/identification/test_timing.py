@@ -5,10 +5,19 @@ import dataclasses
 
 import numpy as np
 import pytest
+import strangers
+from stranger_faults import plain
 
 import needleforce as nf
 from needleforce.identification.motion import DepthSignal
-from needleforce.identification.timing import MAX_LAG_S, SIGNIFICANT, filter_of_the_fall, lag_search, undeclared_filter
+from needleforce.identification.timing import (
+    MAX_LAG_S,
+    SIGNIFICANT,
+    filter_of_the_fall,
+    lag_search,
+    lateness,
+    undeclared_filter,
+)
 
 NOISE = 4e-3
 
@@ -144,3 +153,31 @@ def test_a_recording_that_ends_in_the_fall_shows_no_filter(run):
         kept = slice(0, first.end + more)
         cut = nf.Recording(time=fast[kept], depth=np.interp(fast[kept], run.time, run.depth), force=force[kept])
         filter_of_the_fall(cut, nf.segment(cut))
+
+
+def late_stranger(seed, late, hold, layers=1):
+    """An insertion of the trial of strangers whose depth is ``late`` [s], and its truth."""
+    rng = np.random.default_rng([seed, 777])
+    s = plain(rng)
+    s |= {"n_layers": layers, "hold": hold, "lag": -late, "acceleration": 0.2, "noise": min(s["noise"], 5e-3)}
+    s["depth_below"] = max(s["depth_below"], 2.0 * layers * s["indentation"])
+    time, depth, force, truth = strangers.recorded(strangers.runs_of(s, rng), s, rng, (seed, "late", ()))
+    return nf.Recording(time=time, depth=depth, force=force), truth
+
+
+@pytest.mark.parametrize("late, hold", [(0.1, 1.0), (0.2, 0.0), (0.2, 1.0), (0.5, 0.0), (0.5, 1.0)])
+def test_a_late_depth_is_one_cause_with_a_number(late, hold):
+    recording, truth = late_stranger(3, late, hold)
+    fit = nf.identify(recording)
+    found = lateness(recording)
+    assert -found.ends[1] <= late <= -found.ends[0]
+    assert any(f"The depth is {-found.time:.3f} s" in warning for warning in fit.warnings)
+    assert len(fit.recordings[0].events.punctures) == 1 and "layer" not in " ".join(fit.warnings).split("one layer")[0]
+    low, high = truth.values["puncture_depth"]
+    assert fit.parameters["puncture_depth"].low <= high and fit.parameters["puncture_depth"].high >= low
+
+
+@pytest.mark.parametrize("layers", [1, 3])
+def test_a_depth_that_is_not_late_is_not_taken_back(layers):
+    for seed in range(6):
+        assert lateness(late_stranger(seed, 0.0, [0.0, 0.3, 2.0][seed % 3], layers)[0]) is None

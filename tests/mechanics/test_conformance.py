@@ -140,7 +140,7 @@ def test_every_face_bends_the_needle_in_the_same_way(root, trace, face):
 @pytest.mark.parametrize("face", FACES[1:])
 def test_every_face_drags_the_solid_in_the_same_way(trace, face):
     cases = {case: lines for case, lines in trace("c++").items() if case.startswith("solid_")}
-    assert len(cases) == 5
+    assert len(cases) == 6
     for case, lines in cases.items():
         for kind, count in (("tip", 1), ("node", NODE)):
             numbers, others = (rows_of(each, kind, count)[0] for each in (lines, trace(face)[case]))

@@ -34,9 +34,12 @@ CondensedTissue table(from_bytes::Bytes& bytes) {
 /// Layers whose laws a solid takes, most of the time.
 std::vector<Layer> solid_layers(from_bytes::Bytes& bytes) {
   std::vector<Layer> layers = from_bytes::layers(bytes);
+  Relaxation relaxation = laws::NoRelaxation{};
+  if (bytes.below(2) == 0)
+    relaxation = laws::Prony{bytes.number(0.0, 0.6), bytes.number(1e-6, 1e3), bytes.number(0.0, 0.39), 5.0};
   for (Layer& layer : layers) {
     if (bytes.below(8) == 0) continue;
-    layer.laws.relaxation = laws::NoRelaxation{};
+    layer.laws.relaxation = relaxation;
     if (solid::solid_fault(layer))
       layer.laws.friction = laws::Coulomb{bytes.number(0.0, 1e3), bytes.number(1e-9, 1e-3), 0.0};
   }

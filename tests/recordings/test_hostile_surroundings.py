@@ -11,7 +11,10 @@ from pathlib import Path
 import pytest
 
 import needleforce as nf
+from needleforce.acquisition.sources.gauge_calibration import read_calibration
+from needleforce.campaign import campaign
 from needleforce.recording.formats import worker
+from needleforce.recording.formats.detect import tables_of
 
 DOUBLED = "a: &a0 {x: 1}\n" + "".join(f"b{k}: &a{k + 1} {{!!merge x: *a{k}, !!merge y: *a{k}}}\n" for k in range(30))
 DESCRIPTIONS = {
@@ -88,3 +91,120 @@ def test_a_full_standard_output_is_named():
         command = [sys.executable, "-c", "from needleforce.cli import main; main()", "--version"]
         done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True)
     assert done.returncode == 1 and done.stderr.strip() == "needleforce: No space left on device: standard output"
+
+
+def _workbook(path, force):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in [("time_s", "depth_mm", "force_N"), *((0.01 * k, 0.1 * k, force) for k in range(60))]:
+        book.active.append(row)
+    book.save(path)
+
+
+def _text(path, force):
+    rows = (f"{0.01 * k:.2f},{0.1 * k:.1f},{force}\n" for k in range(60))
+    path.write_text("time_s,depth_mm,force_N\n" + "".join(rows))
+
+
+def _renamed(path, write, force):
+    """As spreadsheets and editors save a file."""
+    write(path.with_name("new" + path.suffix), force)
+    path.with_name("new" + path.suffix).replace(path)
+
+
+def _written_anew(path, write, force):
+    """As scripts write a file of the same name."""
+    write(path, force)
+
+
+@pytest.mark.parametrize("replaced", [_renamed, _written_anew])
+@pytest.mark.parametrize("name, write", [("a.xlsx", _workbook), ("a.csv", _text)])
+def test_a_file_that_is_replaced_while_it_is_read_is_not_mixed_with_the_other(tmp_path, name, write, replaced):
+    path = tmp_path / name
+    write(path, 1.5)
+    (table,) = tables_of(path)
+    replaced(path, write, 2.25)
+    with pytest.raises(nf.InputError, match=r"file is changed while it was read, .*Read it again") as refused:
+        table.numbers(2)
+    assert str(path) in str(refused.value)
+    assert set(tables_of(path)[0].numbers(2)) == {2.25}
+
+
+def test_two_readers_of_a_growing_file_read_what_was_there(tmp_path):
+    path = tmp_path / "a.csv"
+    _text(path, 1.5)
+    one, other = tables_of(path)[0], tables_of(path)[0]
+    with path.open("a") as file:
+        for k in range(60, 4000):
+            file.write(f"{0.01 * k:.2f},{0.1 * k:.1f},1.5\n")
+            if k % 500 == 0:
+                file.flush()
+                counts = [len(table.numbers(2)) for table in (one, other)]
+                assert min(counts) >= 60 and len(nf.read(path)) >= 60
+
+
+SECRET = "hunter2"
+PRIVATE = {
+    "netrc": f"machine example.org login anna password {SECRET}4\n",
+    "key": f"-----BEGIN OPENSSH PRIVATE KEY-----\nb3BlbnNzaC1r{SECRET}\nxyz\n",
+    "settings": f"AWS_KEY={SECRET}\nPORT=8080\n",
+    "markup": f"<a><b>{SECRET}</b></a>\n",
+    "section": f"[{SECRET}]\nuser={SECRET}1\npass=3\n",
+    "rows without header": f"{SECRET};1980;12.5\nOtto;1979;13.5\nEva;1971;14.5\n",
+    "rows with text": "".join(f"{SECRET} {k} {k + 1} text{k}\n" for k in range(30)),
+}
+
+
+@pytest.mark.parametrize("content", PRIVATE.values(), ids=PRIVATE)
+def test_no_text_of_a_file_that_is_no_recording_stands_in_its_message(tmp_path, content):
+    (tmp_path / "a.txt").write_text(content)
+    with pytest.raises(nf.InputError) as refused:
+        nf.read(tmp_path / "a.txt")
+    assert SECRET not in str(refused.value) and refused.value.next_step
+
+
+@pytest.fixture
+def linked(tmp_path):
+    """A folder with a recording, a link to it, and links to a recording and to a private file elsewhere."""
+    folder, elsewhere = tmp_path / "recordings", tmp_path / "elsewhere"
+    folder.mkdir(), elsewhere.mkdir()
+    for path in (folder / "a.csv", elsewhere / "b.csv"):
+        _text(path, 1.5)
+    (elsewhere / "private").write_text(f"{SECRET} 1 2\n")
+    (folder / "within.csv").symlink_to("a.csv")
+    (folder / "outside.csv").symlink_to(elsewhere / "b.csv")
+    (folder / "private.txt").symlink_to(elsewhere / "private")
+    return folder
+
+
+def test_links_out_of_a_folder_are_listed_and_not_opened(linked, monkeypatch):
+    import needleforce.files as files
+
+    opened, usual = [], files.os.open
+    monkeypatch.setattr(files.os, "open", lambda path, *given: opened.append(str(path)) or usual(path, *given))
+    done = campaign(linked, jobs=1)
+    assert sorted(each.file for each in done.recordings) == ["a.csv", "within.csv"]
+    why = dict(done.not_recordings)
+    assert set(why) == {"outside.csv", "private.txt"} and all("a link that leads out" in each for each in why.values())
+    assert SECRET not in done.to_json() and not [each for each in opened if "outside" in each or "private" in each]
+
+
+def test_links_out_of_a_folder_are_read_when_asked(linked):
+    found = [each.file for each in campaign(linked, jobs=1, follow_links=True).recordings]
+    assert {"a.csv", "outside.csv", "within.csv"} <= set(found)
+    assert [each.file for each in campaign([linked / "outside.csv"], jobs=1).recordings] == ["outside.csv"]
+
+
+@pytest.mark.parametrize("number", ["1_0", "0_1", "1__0", "_1"])
+def test_a_number_with_underscores_is_none(tmp_path, number):
+    _text(tmp_path / "a.csv", 1.5)
+    rows = (tmp_path / "a.csv").read_text()
+    (tmp_path / "card.csv").write_text(f"# filter_length: {number}\n{rows}")
+    (tmp_path / "cell.csv").write_text(rows.replace("0.30,3.0,1.5", f"0.30,3.0,{number}"))
+    for name in ("card.csv", "cell.csv"):
+        with pytest.raises(nf.InputError, match=f"{name}, line .* is '{number}', a number is needed"):
+            nf.read(tmp_path / name)
+    gauges = "axis,unit,g0,g1,g2,g3,g4,g5\n" + "".join(f"{axis},N,1,1,1,1,1,{number}\n" for axis in ("fx", "fy", "fz"))
+    (tmp_path / "gauges.csv").write_text(gauges)
+    with pytest.raises(nf.InputError, match=f"is '{number}', a number is needed"):
+        read_calibration(tmp_path / "gauges.csv")

@@ -23,8 +23,11 @@ def test_another_reader_sees_every_message_as_written(tmp_path):
     with open(path, "rb") as file:
         reader = make_reader(file, validate_crcs=True)
         assert reader.get_header().profile == "ros2"
-        assert {each.name: each.metadata for each in reader.iter_metadata()} == {
+        metadata = {each.name: each.metadata for each in reader.iter_metadata()}
+        run = metadata["needleforce.part"]["run"]
+        assert metadata == {
             "needleforce": plain_log.CARD,
+            "needleforce.part": {"run": run, "part": "1", "start_s": "0.0"},
             "needleforce.end": {"why": "done"},
         }
         messages = [each for _, channel, each in reader.iter_messages() if channel.topic == "/needle/wrench"]

@@ -29,6 +29,7 @@ GIVEN = {
     "hold": ("--hold-s", "3", 3.0), "motion_shift": ("--motion-shift-s", "1.35", 1.35),
     "segment": ("--segment", "step=2", {"step": "2"}),
     "first_row": ("--first-row", "5", 5), "filter_length": ("--filter-length", "4", 4),
+    "decimate_to": ("--decimate-to-hz", "100", 100.0),
     "mapping": ("--as", "rig", "rig"), "motion": ("--motion", "axis.csv", "axis.csv"),
     "start_depth": ("--start-depth-mm", "-2.5", -2.5e-3),
 }  # fmt: skip
@@ -131,9 +132,12 @@ def test_what_a_mapping_keeps(tmp_path):
     path = save_mapping(ReadOptions(**given), str(tmp_path / "rig.toml"))
     kept = {**given, "mapping": None, "motion": None}
     found, sentence = completed(tmp_path / "run.csv", ReadOptions(mapping=path))
-    assert found == ReadOptions(**kept) and "the mapping" in sentence
-    of_user, _ = completed(tmp_path / "run.csv", ReadOptions(mapping=path, speed=1.0, units={"depth": "um"}))
+    assert found == ReadOptions(**kept) and "the mapping rig.toml: " in sentence and str(tmp_path) not in sentence
+    for words in ('units.force = "mN"', "first_row = 5", "segment."):  # what it changed
+        assert words in sentence
+    of_user, less = completed(tmp_path / "run.csv", ReadOptions(mapping=path, speed=1.0, units={"depth": "um"}))
     assert of_user == replace(found, speed=1.0, units={"force": "mN", "depth": "um"})
+    assert "units.depth" not in less and "units.force" in less
 
 
 @pytest.mark.parametrize("line", ["gauge_mm = 2.5", "motion = 'axis.csv'", "speed = 2.0", "baseline = false"])

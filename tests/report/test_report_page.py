@@ -89,6 +89,11 @@ def test_twenty_long_recordings_stay_below_two_megabytes(make_fit, report):
     assert len(report(fit, table=TABLE).encode()) < 2e6
 
 
+def test_a_report_holds_file_names_and_no_folders(make_fit, report):
+    text = report(make_fit(2, name="/home/jane doe/gel/run.csv"))
+    assert "run.csv" in text and "jane" not in text
+
+
 def test_text_of_files_is_escaped_everywhere(make_fit, report):
     name, note = "<svg onload={}>&$x$\x00\u202e", "<script>alert(1)</script> ${title}"
     text = read(report(make_fit(3, name=name, notes=(note,)), title="<b>$title & co</b>"))

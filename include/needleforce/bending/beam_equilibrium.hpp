@@ -123,11 +123,12 @@ class BeamEquilibrium {
   void add_tip(Equations& equations, const Load& load) const noexcept {
     const std::size_t last = mesh_.count() - 1;
     equations.diagonal[last].yy += load.contact;
-    const double force = mesh_.embedded() > 0 ? load.compression.tip : 0.0;
+    const bool along = mesh_.embedded() > 0;
+    const double force = along ? load.compression.tip : 0.0, cutting = along ? load.compression.cutting : 0.0;
     for (std::size_t d = 0; d < dimension; ++d)
       equations.value[last].y[d] +=
-          load.tip_force[d] + load.contact * load.contact_place[d] -
-          force * (mesh_.tip().along[d] + mesh_.tip().drag[d]);
+          load.tip_force[d] + load.contact * load.contact_place[d] - force * mesh_.tip().along[d] -
+          cutting * mesh_.tip().drag[d];
   }
 
   /// A section above the surface, as an exact beam-column.
@@ -293,11 +294,30 @@ class BeamEquilibrium {
   void add_surface(Equations& equations, const BeamProperties& properties, const Path& path,
                    const Load& load) const noexcept {
     if (!(load.embedded > 0.0) || path.empty()) return;
-    double stiffness = load.pivot * properties.support.pivot_stiffness;
-    if (mesh_.embedded() == 0) stiffness += short_part(properties, load);
-    equations.diagonal[mesh_.surface()].yy += stiffness;
+    const std::size_t surface = mesh_.surface();
+    const double pivot = load.pivot * properties.support.pivot_stiffness;
+    equations.diagonal[surface].yy += pivot;
+    for (std::size_t d = 0; d < dimension; ++d) equations.value[surface].y[d] += pivot * path.entry()[d];
+    if (mesh_.embedded() == 0) add_short_part(equations, properties.layers[0], path, load);
+  }
+
+  /// The foundation along a length too short for elements; a path that the tip writes goes along.
+  void add_short_part(Equations& equations, const LateralLayer& layer, const Path& path,
+                      const Load& load) const noexcept {
+    const std::size_t surface = mesh_.surface();
+    const double length = load.embedded * (load.cuts ? 1.0 / 3.0 : 1.0);
+    Place offset;
+    double square = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      offset[d] = mesh_[surface].place[d] - path.entry()[d];
+      square += offset[d] * offset[d];
+    }
+    const Secant at = stiffness_at(layer, std::sqrt(square));
+    const double stiffness = std::max(0.5 * (at.tangent + at.secant), 1e-9 * layer.modulus + 1e-12);
+    equations.diagonal[surface].yy += length * stiffness;
     for (std::size_t d = 0; d < dimension; ++d)
-      equations.value[mesh_.surface()].y[d] += stiffness * path.entry()[d];
+      equations.value[surface].y[d] +=
+          length * (stiffness * path.entry()[d] + (stiffness - at.secant) * offset[d]);
   }
 
   /// The foundation along a length too short for elements [N/m]; a path that the tip writes goes along.

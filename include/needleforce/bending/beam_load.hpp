@@ -22,6 +22,7 @@ using TissuePath = CutPath<dimension, path_capacity>;
 /// the tip.
 struct Compression {
   double free = 0.0, surface = 0.0, tip = 0.0;
+  double cutting = 0.0;  ///< the part of that at the tip which follows the needle
 };
 
 /// What acts on the needle in one solution.

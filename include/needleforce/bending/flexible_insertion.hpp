@@ -21,7 +21,7 @@ namespace needleforce::bending {
 
 /// A needle that bends in layered tissue, in a plane (1) or in space (2), around an insertion that gives the
 /// axial force: an `Insertion`, or a `solid::CondensedInsertion`. Trivially copyable: a snapshot is a copy.
-/// docs/decisions/0023-bending.md
+/// For one thread at a time. docs/decisions/0023-bending.md
 template <std::size_t dimension, class Axial = Insertion>
 class FlexibleInsertion {
  public:
@@ -336,7 +336,7 @@ class FlexibleInsertion {
       for (std::size_t d = 0; d < dimension; ++d)
         state_.owed += load.tip_force[d] * (mesh().tip().place[d] - state_.path.front_place()[d]);
       state_.path.write(state_.reached, mesh().tip().place);
-      if (state_.path.nodes() > nodes) lean(load, piece);
+      if (state_.path.nodes() > nodes) lean(piece);
     }
   }
 
@@ -388,9 +388,9 @@ class FlexibleInsertion {
     state_.charge = state_.owed * pays / cut;
     state_.owed -= state_.owed * pays;
   }
-  /// The axial force at the tip follows the needle, not the path that it cuts, which leads ahead of it. And
-  /// the newest `piece` [m] of the path does not pull the tip back. From node to node, whatever the steps.
-  void lean(const BeamLoad<dimension>& load, double piece) noexcept {
+  /// The newest `piece` [m] of the path does not pull a tip back that cuts. From node to node, whatever the
+  /// steps.
+  void lean(double piece) noexcept {
     if (mesh().embedded() == 0) return;
     const double spacing = state_.path.spacing;
     const double left = 1.0 - std::exp(-spacing / settings_.lengths.tip_memory);
@@ -439,7 +439,7 @@ class FlexibleInsertion {
     load.free_length =
         std::max(0.0, settings_.beam.support.free_length(base.depth) + (inside ? shape.free : base.depth));
     load.compression = {force + (coupled() && inside ? free_pull() : 0.0), force,
-                        force - state_.slide.share * axial};
+                        force - state_.slide.share * axial, (1.0 - state_.slide.share) * axial};
     const std::array<double, 2> bevel{std::cos(base.roll), std::sin(base.roll)};
     const std::array<double, 2> turns{-bevel[1], bevel[0]};
     const double left = inside ? share_left(state_.reached) : 0.0;
@@ -501,8 +501,11 @@ class FlexibleInsertion {
     if (left > 0.0 && left < 1.0) sum += held / settings_.lengths.unloading;
     if (load.pivot < 1.0)
       sum += 0.5 * settings_.beam.support.pivot_stiffness * pivot / settings_.lengths.tip_memory;
-    if (n == 0) return sum + 0.5 * layer.modulus * (load.cuts ? 1.0 / 3.0 : 1.0) * square;
+    if (n == 0) return sum + (load.cuts ? 1.0 / 3.0 : 1.0) * short_energy(layer, std::sqrt(square));
     return load.cuts ? sum : sum + energy_per_length(layer, std::sqrt(square));
+  }
+  static double short_energy(const LateralLayer& layer, double offset) noexcept {
+    return foundation_energy(layer.form, offset, layer.modulus, layer.scale);
   }
   const LateralLayer& layer_at(double depth) const noexcept {
     const BeamProperties& beam = settings_.beam;

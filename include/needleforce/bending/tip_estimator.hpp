@@ -27,7 +27,8 @@ struct TipEstimate {
 
 /// Runs the likeliest needle and one for each mode of its parameters, a standard deviation off; their
 /// difference is how the tip depends on the mode. A Kalman filter takes the readings. A reading of the tip
-/// may be late: the needles' tips of the last time are kept. Trivially copyable: a snapshot is a copy.
+/// may be late: the needles' tips of the last time are kept. Trivially copyable: a snapshot is a copy. For
+/// one thread at a time.
 class TipEstimator {
  public:
   using Filter = PathFilter<max_modes>;

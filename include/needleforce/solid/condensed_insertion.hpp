@@ -20,7 +20,8 @@
 
 namespace needleforce::solid {
 
-/// A needle going in and out of a condensed solid of up to eight layers. Trivially copyable.
+/// A needle going in and out of a condensed solid of up to eight layers. Trivially copyable. For one thread
+/// at a time.
 class CondensedInsertion {
  public:
   CondensedInsertion(const CondensedTissue& tissue, std::span<const Layer> layers, const Limits& limits = {},
@@ -44,9 +45,7 @@ class CondensedInsertion {
   static const char* fault(const CondensedTissue& tissue, std::span<const Layer> layers) noexcept {
     if (const char* reason = solid::fault(tissue)) return reason;
     if (const char* reason = first_fault(layers).reason) return reason;
-    for (const Layer& layer : layers)
-      if (const char* reason = solid_fault(layer)) return reason;
-    return nullptr;
+    return solid_fault(layers);
   }
 
   /// One cycle: the tip would be at `depth` [m] from the undeformed surface, and moves at `velocity` [m/s],
@@ -60,7 +59,7 @@ class CondensedInsertion {
     const double before = state_.last.force, to = felt_at(depth, elapsed), felt = to - state_.depth;
     const double speed = std::abs(velocity == no_velocity ? felt / elapsed : velocity);
     const std::size_t pierced = state_.pierced;
-    const double dissipated = move(to, speed);
+    const double dissipated = move(to, speed, elapsed);
     if (velocity == no_velocity)
       velocity = std::clamp(travel / elapsed, -limits_.max_speed, limits_.max_speed);
     const Sample sample = sampled(depth, felt, velocity, state_.pierced > pierced);
@@ -100,7 +99,11 @@ class CondensedInsertion {
     return shaft_force(node) + share * state_.tip_force;
   }
   /// Displacement of the tissue at a node of the path [m]. Wait-free.
-  double displacement(std::size_t node) const noexcept { return solid::displacement(tissue_, state_, node); }
+  double displacement(std::size_t node) const noexcept {
+    if (layers_.relaxing(1.0).relaxes)
+      return node < state_.shaft.known ? state_.shaft.displacement[node] : 0.0;
+    return solid::displacement(tissue_, state_, node);
+  }
   bool accepted() const noexcept { return valid_; }
   const Limits& limits() const noexcept { return limits_; }
   std::size_t pierced_layers() const noexcept { return state_.pierced; }
@@ -176,7 +179,7 @@ class CondensedInsertion {
     if (state_.pierced == 0) return;
     const bool all = state_.pierced == layers_.count();
     state_.tip = state_.cut = all ? depth : std::min(depth, layers_[state_.pierced].top);
-    motion().know(state_.tip);
+    motion(layers_.relaxing(1.0)).know(state_.tip);
   }
 
   /// Where the needle is felt [m]. Above the tissue and before a puncture nothing slips.
@@ -187,15 +190,14 @@ class CondensedInsertion {
 
   /// In parts of at most half a spacing, so that bounds and tip follow; in the air at once. Returns what is
   /// dissipated [J].
-  double move(double depth, double speed) noexcept {
-    ShaftAndTip moved = motion();
+  double move(double depth, double speed, double elapsed) noexcept {
     if (!in_tissue(state_)) state_.depth = std::max(state_.depth, std::min(depth, 0.0));
     const double before = state_.depth, way = depth - before;
     // as many as twice the path has, also where tissue that is pulled up goes along for longer
     const auto parts =
         1 + static_cast<std::size_t>(std::min(std::abs(way) / (0.5 * tissue_.spacing), max_parts));
     layers_.at_speed(speed);
-    moved.refresh();
+    ShaftAndTip moved = motion(layers_.relaxing(elapsed / static_cast<double>(parts)));
     double dissipated = 0.0;
     for (std::size_t k = 1; k < parts && (in_tissue(state_) || way > 0.0); ++k)
       dissipated += moved.move(before + way * static_cast<double>(k) / static_cast<double>(parts), speed);
@@ -232,7 +234,7 @@ class CondensedInsertion {
 
   /// True if noise explains the travel since longer than a moving needle would stay within it.
   bool rests() const noexcept { return noise_.range > 0.0 && state_.noisy.slip.still >= noise_.rest_time; }
-  ShaftAndTip motion() noexcept { return {tissue_, layers_, state_}; }
+  ShaftAndTip motion(const Relaxing& relaxing) noexcept { return {tissue_, layers_, state_, relaxing}; }
 
   CondensedTissue tissue_{};
   PathLayers layers_{};

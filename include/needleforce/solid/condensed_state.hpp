@@ -10,6 +10,7 @@
 #include "../sample.hpp"
 #include "../state.hpp"
 #include "condensed_tissue.hpp"
+#include "relaxing_table.hpp"
 #include "shaft_balance.hpp"
 
 namespace needleforce::solid {
@@ -27,6 +28,7 @@ struct CondensedState {
   double yield = 2.5;      ///< by how much the way ahead shrinks when the tip moves
   ShaftState by_travel{};  ///< changes in the last motion, by its travel
   double tip_by_travel = 0.0;
+  RelaxingState relaxing{};
   std::size_t pierced = 0;
   std::size_t row = 0;  ///< whose displacement is computed afresh next
   Phase phase = Phase::free;

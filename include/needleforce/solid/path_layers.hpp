@@ -36,6 +36,7 @@ class PathLayer {
         contact_(prepare(layer.laws.stiffness)),
         friction_(prepare(layer.laws.friction)),
         cutting_(prepare(layer.laws.cutting)),
+        criterion_(layer.laws.puncture),
         puncture(puncture_depth(layer.laws.puncture, contact_)),
         breaks_at(law_of_contact(puncture)) {}
 
@@ -57,8 +58,12 @@ class PathLayer {
     const double energy = dispatch(contact_, [&](const auto& law) { return law.energy(within); });
     return energy + beyond * (law_of_contact(within) + 0.5 * beyond * solid_stiffness);
   }
-  /// Force at which the tip breaks through [N].
+  /// Force at which the tip breaks through, without relaxation [N].
   double puncture_force() const noexcept { return breaks_at; }
+  /// True for a contact that has relaxed to a force [N], with its work [J].
+  bool breaks(double force, double work) const noexcept {
+    return dispatch(criterion_, [&](const auto& law) { return law.breaks(force, work); });
+  }
   /// Before the loop, of a layer below others: no stiffer than the solid, whose compliance [m/N] to a load at
   /// its top this is. Tip and shaft are springs side by side there; if each were stiffer alone, they would
   /// have no balance.
@@ -107,6 +112,7 @@ class PathLayer {
   Prepared<Stiffness> contact_{};
   Prepared<Friction> friction_{};
   Prepared<Cutting> cutting_{};
+  Puncture criterion_{};
 
  public:
   double puncture = 0.0;  ///< indentation at which the law would break through [m]
@@ -118,12 +124,32 @@ class PathLayer {
 
 /// What is wrong with a layer for a solid, nullptr if nothing is. Not for the loop.
 inline const char* solid_fault(const Layer& layer) noexcept {
-  if (!slides_steadily(layer.laws))
-    return "the friction law has no sliding force without memory, or the model relaxes";
+  Model laws = layer.laws;
+  if (std::holds_alternative<laws::Prony>(laws.relaxation)) laws.relaxation = laws::NoRelaxation{};
+  if (!slides_steadily(laws))
+    return "the friction law has no sliding force without memory, or the model relaxes otherwise than by "
+           "prony";
   const bool per_length = std::visit(
       []<class L>(const L&) { return !requires(const typename L::Prepared& law) { law.effective(1.0); }; },
       layer.laws.friction);
   return per_length ? nullptr : "the friction law has no force per length that is the same along the shaft";
+}
+
+inline bool relax_alike(const Relaxation& one, const Relaxation& other) noexcept {
+  const auto *first = std::get_if<laws::Prony>(&one), *second = std::get_if<laws::Prony>(&other);
+  if (!first || !second) return !first && !second;
+  return std::ranges::all_of(laws::Prony::table,
+                             [&](const auto& each) { return first->*each.member == second->*each.member; });
+}
+
+/// The same of a stack.
+inline const char* solid_fault(std::span<const Layer> layers) noexcept {
+  for (const Layer& layer : layers) {
+    if (const char* reason = solid_fault(layer)) return reason;
+    if (!relax_alike(layers.front().laws.relaxation, layer.laws.relaxation))
+      return "its layers do not all relax alike, and a solid has one relaxation";
+  }
+  return nullptr;
 }
 
 /// A stack of layers along a path.
@@ -131,7 +157,9 @@ class PathLayers {
  public:
   PathLayers() = default;
   PathLayers(std::span<const Layer> layers, const CondensedTissue& tissue) noexcept
-      : count_(layers.size()), spacing_(tissue.spacing) {
+      : relaxation_(prepare(layers.front().laws.relaxation)),
+        count_(layers.size()),
+        spacing_(tissue.spacing) {
     for (std::size_t i = 0; i < count_; ++i) {
       layers_[i] = PathLayer(layers[i]);
       presliding_[i] = layers_[i].presliding_stiffness();
@@ -139,6 +167,10 @@ class PathLayers {
     }
   }
   std::size_t count() const noexcept { return count_; }
+  /// Over a time [s].
+  Relaxing relaxing(double dt) const noexcept {
+    return dispatch(relaxation_, [&](const auto& law) { return law.over(dt); });
+  }
   const PathLayer& operator[](std::size_t i) const noexcept { return layers_[i]; }
 
   /// Friction per length at a speed [m/s], in both directions, before `bounds` is asked.
@@ -189,6 +221,7 @@ class PathLayers {
  private:
   std::array<PathLayer, max_layers> layers_{};
   std::array<double, max_layers> presliding_{}, inwards_{}, outwards_{};
+  Prepared<Relaxation> relaxation_{};
   std::size_t count_ = 0;
   double spacing_ = 1.0;
 };

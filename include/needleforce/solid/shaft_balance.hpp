@@ -48,30 +48,31 @@ inline void push(ShaftState& shaft, const CondensedTissue& tissue, const Between
   push(shaft, tissue, at.node + 1, at.share * force);
 }
 
-/// One sweep of projected Gauss-Seidel over the nodes, for a shaft at a depth [m]; returns the largest
-/// change, as a displacement [m]. Wait-free.
+/// One sweep of projected Gauss-Seidel over the nodes, for a shaft at a depth [m] and a table times `scale`;
+/// returns the largest change, as a displacement [m]. Wait-free.
 inline double sweep(ShaftState& shaft, const CondensedTissue& tissue, std::span<const FrictionBounds> bounds,
-                    double depth, bool backwards) noexcept {
+                    double depth, double scale, bool backwards) noexcept {
   double change = 0.0;
   for (std::size_t k = 0; k < shaft.known; ++k) {
     const std::size_t i = backwards ? shaft.known - 1 - k : k;
     const auto& [low, high, compliance] = bounds[i];
     const double gap = depth - shaft.anchor[i] - shaft.displacement[i] - compliance * shaft.force[i];
-    const double own = tissue.at(i, i);
+    const double own = scale * tissue.at(i, i);
     const double by = std::clamp(shaft.force[i] + gap / (own + compliance), low, high) - shaft.force[i];
     if (by == 0.0) continue;
     shaft.force[i] += by;
-    push(shaft, tissue, i, by);
+    push(shaft, tissue, i, scale * by);
     change = std::max(change, std::abs(by) * own);
   }
   return change;
 }
 
-/// Nodes at a bound slide: their anchor follows. Returns what they dissipate [J]. Wait-free.
-inline double slide(ShaftState& shaft, std::span<const FrictionBounds> bounds, double depth) noexcept {
+/// Nodes at a bound slide, or all: their anchor follows. Returns what they dissipate [J]. Wait-free.
+inline double slide(ShaftState& shaft, std::span<const FrictionBounds> bounds, double depth,
+                    bool all) noexcept {
   double dissipated = 0.0;
   for (std::size_t i = 0; i < shaft.known; ++i)
-    if (shaft.force[i] <= bounds[i].low || shaft.force[i] >= bounds[i].high) {
+    if (all || shaft.force[i] <= bounds[i].low || shaft.force[i] >= bounds[i].high) {
       const double to = depth - shaft.displacement[i] - bounds[i].compliance * shaft.force[i];
       dissipated += shaft.force[i] * (to - shaft.anchor[i]);
       shaft.anchor[i] = to;

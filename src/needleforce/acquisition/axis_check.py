@@ -69,8 +69,15 @@ class StopReport(NamedTuple):
 
 
 def stop_distance(limits: AxisRange, speed: float) -> float:
-    """The distance [m] within which an axis at ``speed`` [m/s] must rest after a stop, from what it declares."""
-    return speed * REACTION_TIME_S + speed**2 / (2.0 * limits.deceleration) + POSITION_TOLERANCE_M
+    """The distance [m] within which an axis that was ordered to move at ``speed`` [m/s] must rest after a stop, from
+    what it declares and the speed that it may have."""
+    top = top_speed(limits, speed)
+    return top * REACTION_TIME_S + top**2 / (2.0 * limits.deceleration) + POSITION_TOLERANCE_M
+
+
+def top_speed(limits: AxisRange, speed: float) -> float:
+    """The largest speed [m/s] of an axis that was ordered to move at ``speed``, at which a stop begins."""
+    return min(_MAX_SPEED_RATIO * speed, limits.max_speed)
 
 
 def check_declared(limits: AxisRange, place: str = "axis") -> None:
@@ -103,6 +110,7 @@ class AxisCheck:
         self.time = 0.0  # its arrival
         self._limits = limits
         self._recent: deque[tuple[float, float]] = deque()  # arrivals and depths over REST_WINDOW_S
+        self.spread = 0.0  # [m] of the depth at rest before the first order
         self._spread = _REST_SPREAD_M
         self._target: float | None = None  # None until the axis was seen at rest
         self._range = (-math.inf, math.inf)
@@ -133,7 +141,7 @@ class AxisCheck:
     @property
     def top_speed(self) -> float:
         """The largest speed [m/s] that was ordered last, and at which a stop begins."""
-        return min(_MAX_SPEED_RATIO * self._speed, self._limits.max_speed)
+        return top_speed(self._limits, self._speed)
 
     @property
     def measured_speed(self) -> float:
@@ -147,7 +155,7 @@ class AxisCheck:
         spread, drift, limit = self._scatter(0.0)
         if spread > _MAX_SPREAD_AT_START_M or drift > limit:
             return False
-        self._spread = max(_REST_SPREAD_M, 2.0 * spread)
+        self.spread, self._spread = spread, max(_REST_SPREAD_M, 2.0 * spread)
         self._target = self.state.depth
         self._allow(self._target, self._target)
         return True
@@ -195,7 +203,7 @@ class AxisCheck:
         return StopReport(
             at_rest=self.at_rest,
             beyond=self._beyond or late,
-            allowed=stop_distance(self._limits, self.top_speed),
+            allowed=stop_distance(self._limits, self._speed),
             distance=abs(depth - start),
             seconds=max(0.0, self.time - ordered),
             depth=depth,

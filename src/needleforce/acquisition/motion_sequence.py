@@ -30,6 +30,7 @@ class EndReason(StrEnum):
     AXIS_FAULT = "axis fault"
     AXIS_STOPPED = "axis stopped"
     AXIS_LOST = "axis lost"
+    DEPTH_LATE = "depth late"
     AXIS_NOT_STOPPED = "axis did not stop"
     MOVE_REFUSED = "move refused"
     RECORDER_DELAYED = "recorder delayed"

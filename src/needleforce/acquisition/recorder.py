@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from ..recording.log.writer import part_path
 from ..wire.axis_lines import AxisState
 from ..wire.net_ft import is_fault, status_words
 from .axis_check import MAX_DEVIATION_M, POSITION_TOLERANCE_M, REST_WINDOW_S, check_declared
@@ -140,9 +141,10 @@ def _stopped(monitor: SafetyMonitor, error: BaseException) -> None:
 
 def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, float]]) -> None:
     """Raise InputError for a file or moves that are impossible, before anything is started."""
-    if path.exists():
-        limit = "this file exists; a recording is never overwritten"
-        raise InputError("output", str(path), limit, next_step="Give another name.")
+    for file in (path, part_path(path, 2)):
+        if file.exists():
+            limit = "this file exists; a recording is never overwritten"
+            raise InputError("output", str(file), limit, next_step="Give another name.")
     if not path.parent.is_dir():
         raise InputError("folder", str(path.parent), "does not exist", next_step="Make it first.")
     if axis is None and moves:
@@ -168,7 +170,8 @@ def _log_writer(path: str | os.PathLike, force: ForceSource, card: Mapping[str, 
     entries = {"axial": settings.axial, "filter_length": str(settings.filter_length)}
     entries |= {"force_limit_N": f"{settings.force_limit:.6g}", "force_limit_source": settings.limit_source}
     entries |= {"wrench_rate_Hz": f"{force.clock_rate:.12g}", "sensor_serial": getattr(configuration, "serial", "")}
-    return LogWriter(path, entries | dict(card))
+    parts = {"part_samples": settings.part_samples, "part_time": settings.part_time}
+    return LogWriter(path, entries | dict(card), **parts)
 
 
 @contextlib.contextmanager

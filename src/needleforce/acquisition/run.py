@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..recording.alignment import align
+from ..recording.force_signal import late_depth
 from ..vocabulary import Phase
 from ..wire.axis_lines import AxisState
 from .axis_check import REACTION_TIME_S, StopReport
@@ -26,6 +27,8 @@ _FORCE_AFTER_REST_S = 0.1  # over which the force of a needle at rest is average
 _MAX_RISE = 0.05  # of the force at the stop
 _STILL_M = 20e-6  # of depth after a stop, with which the force does not rise
 _MIN_NOISES = 2.0  # standard deviations of a reading by which means of many do not differ by chance
+_TURN_S = 3.0  # from the order to withdraw, over which force and depth are compared
+_PULL_NOISES = 5.0  # standard deviations of the force of a needle that is pulled
 _MIN_ALIGNMENT_PAIRS = 20
 _END_ENTRIES = ("ended", "detail", "seconds", "received", "lost", "duplicated", "late", "longest_own_gap", "peak_force")
 
@@ -51,6 +54,8 @@ class Run:
         self._motion: MotionSequence | None = None
         self._state: AxisState | None = None
         self._latest: list[float] = []  # forces of the usable readings written last
+        self._frozen: list[str] = []  # axes that are marked as such
+        self._turn: tuple[list, list] = ([], [])  # times and forces, times and depths of the first withdrawal
         self._ending = False
 
     def run(self, motion: MotionSequence | None, stop: threading.Event) -> RunResult:
@@ -63,7 +68,7 @@ class Run:
                 self._poll(stop)
                 time.sleep(POLL_INTERVAL_S)
         except RunEnded as ended:
-            end = ended
+            end = self._judged(ended)
         except BaseException as error:
             self._view = None
             self._end(RunEnded(EndReason.FAILED, repr(error)))
@@ -98,6 +103,10 @@ class Run:
             self._peak = max(self._peak, *forces, key=abs)
         self._run_writer.force(samples)
         self._write_states(states, now)
+        self._add_to_turn([each for each in zip(samples, forces) if each[0].fresh], states)
+        for name in self._monitor.frozen_axes[len(self._frozen) :]:
+            self._frozen.append(name)
+            self._run_writer.mark("frozen", axis=name)
         if now - self._flushed >= self._settings.flush_every:
             self._flushed = now
             self._run_writer.flush()
@@ -111,6 +120,30 @@ class Run:
             self._motion.add_states(states, now)
         if self._monitor.axis_error and not states:
             raise RunEnded(EndReason.AXIS_LOST, str(self._monitor.axis_error))
+
+    def _add_to_turn(self, readings: list, states: list[tuple[AxisState, int]]) -> None:
+        """Keep force and depth of the first withdrawal for a while."""
+        pulls, turns = self._turn
+        over = pulls and pulls[-1][0] - pulls[0][0] > _TURN_S
+        if over or not self._motion or self._motion.phase is not Phase.extraction:
+            return
+        pulls += [(1e-9 * sample.arrival, force) for sample, force in readings]
+        turns += [(1e-9 * arrival, state.depth) for state, arrival in states]
+
+    def _judged(self, ended: RunEnded) -> RunEnded:
+        """The end of the run, with that the depth was late, if the force of its first withdrawal shows that."""
+        pull = max(self._settings.steady, _PULL_NOISES * self._bias.noise[self._settings.column])
+        if not (self._bias.samples and all(self._turn)):
+            return ended
+        forces, depths = (tuple(np.array(each).T) for each in self._turn)
+        late = late_depth(forces, depths, pull, self._monitor.axis_check.spread)
+        if late is None:
+            return ended
+        reason = EndReason.DEPTH_LATE if ended.reason is EndReason.DONE else ended.reason
+        words = "the force pulled at the withdrawal {:.2f} to {:.2f} s before the reported depth turned back".format(
+            *late
+        )
+        return RunEnded(reason, "; ".join(filter(None, [ended.detail, words])))
 
     def _check_sensor(self, now: float) -> None:
         silence = self._settings.silence
@@ -203,6 +236,8 @@ class Run:
             dropped=self._run_writer.dropped,
             buffer=self._run_writer.buffer,
             restarts=self._run_writer.restarts,
+            frozen_axes=tuple(self._monitor.frozen_axes),
+            unwritten=self._run_writer.unwritten,
             stop=stop,
         )
 

@@ -55,6 +55,12 @@ class RunWriter:
         self._status: set[int] = {0}
         self._condition, self._phase = "", ""
         self._arrival = 0
+        self._failed = False
+
+    @property
+    def unwritten(self) -> int:
+        """Readings that arrived and that the file does not keep, because it could not be written."""
+        return self.check.received - self._writer.kept if self._failed else 0
 
     @property
     def dropped(self) -> int:
@@ -72,17 +78,17 @@ class RunWriter:
         return getattr(self._source, "buffer", math.inf)
 
     def force(self, samples: list[ForceSample]) -> None:
-        """Write the readings except duplicated ones, and mark faults and losses."""
-        for sample in samples:
+        """Write the readings except duplicated ones, and mark faults and losses; all are counted before any is written,
+        because a disk that is full loses no packet."""
+        before = self.check.received
+        new = [each for each in samples if self.check.add(each.sequence, each.arrival) is not Kind.DUPLICATED]
+        for count, sample in enumerate(new, before + 1):
             self._arrival = max(self._arrival, sample.arrival)
-            kind = self.check.add(sample.sequence, sample.arrival)
-            if kind is Kind.DUPLICATED:
-                continue
             self._mark_status(sample)
             stamp = self._clock.host(sample.device, sample.arrival)
             record = sample.sequence, sample.arrival, sample.device, stamp, sample.wrench
             self._write("wrench", *record)
-            if not self.check.received % self._pair_interval:
+            if not count % self._pair_interval:
                 self.pairs.append((sample.device, sample.arrival))
         if len(self.pairs) > _MAX_PAIRS:
             self.pairs, self._pair_interval = self.pairs[::2], 2 * self._pair_interval
@@ -151,5 +157,6 @@ class RunWriter:
         try:
             getattr(self._writer, method)(*arguments, **facts)
         except (InputError, OSError) as error:
+            self._failed = True
             full = any(message in str(error) for message in _DISK_FULL_MESSAGES)
             raise RunEnded(EndReason.DISK_FULL if full else EndReason.FILE_NOT_WRITTEN, str(error)) from None

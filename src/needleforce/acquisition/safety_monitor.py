@@ -2,6 +2,7 @@
 """The safety monitor: a thread that receives readings and axis states, checks them, stops the axis, and queues them."""
 
 import contextlib
+import itertools
 import math
 import os
 import sys
@@ -10,14 +11,16 @@ import time
 from collections import deque
 from collections.abc import Callable
 
+import numpy as np
+
 from ..errors import InputError
 from ..wire.axis_lines import MAX_SILENCE_S, AxisState
-from ..wire.net_ft import SATURATED, is_fault, status_words
+from ..wire.net_ft import AXES, SATURATED, is_fault, status_words
 from .axis_check import AxisCheck, StopReport
 from .motion_sequence import EndReason
 from .settings import Settings
 from .sources.arrival_time import host_time_ns
-from .sources.reading_checks import Lateness, frozen_checks
+from .sources.reading_checks import FrozenCheck, Lateness, QuietCheck, ScaleCheck, frozen_checks
 from .sources.source import ForceSample, ForceSource, MotionAxis
 
 _RECEIVE_TIMEOUT_S = 0.02
@@ -28,6 +31,8 @@ _MAX_UNWRITTEN_S = 2.0  # without the other thread taking what waits, after whic
 _PRIORITY = -10  # above the other processes of the computer
 _SWITCH_INTERVAL_S = 1e-3  # after which another thread of this program must let this one run
 _MIN_CONSTANT = 30  # readings without any change, from which a sensor counts as constant
+_PULLED_S = 0.1  # in which every reading pulls a needle that goes deeper, from which its zero has moved
+_PULL_NOISES, _PULL_SHARE = 5.0, 0.1  # standard deviations of a reading, and share of the limit, of such a force
 _SECOND = 1e9  # [ns]
 
 
@@ -35,6 +40,7 @@ class SafetyMonitor:
     """Receives on its own thread, the force first, and stops the axis for anything that makes motion unsafe:
 
     - a reading beyond the force limit (``over_limit``),
+    - a sensor whose page, scale or zero changes while the axis moves (``_changed_sensor``),
     - no usable reading for ``settings.max_force_gap``: silent, faulty, repeated, overtaken, old or frozen readings, or
       a thread that did not run,
     - an axis that contradicts its orders or its declared range (``AxisCheck``), or whose connection is lost,
@@ -69,6 +75,13 @@ class SafetyMonitor:
         self._restarts = 0
         self._newest = self._reference = 0.0  # axial force [N] with its bias: newest, before a move
         self._frozen = frozen_checks(settings.column)
+        self._across = {
+            name: FrozenCheck(lambda wrench, k=k: wrench[k], 1) for k, name in enumerate(AXES) if k != settings.column
+        }
+        self.frozen_axes: list[str] = []  # of the other axes, those that froze: noted, as nothing is limited by them
+        self._quiet, self._scale, self._scaled = QuietCheck(), ScaleCheck(), 1.0
+        self._too_quiet = self._advancing = self._pulled = False
+        self._deepest, self._pull, self._pulled_since = -math.inf, math.inf, math.inf
         self._lateness = Lateness()
         self.why_unusable = ""
         self._commanding = threading.Lock()
@@ -151,14 +164,22 @@ class SafetyMonitor:
         return self._settings.sign * (sample.wrench[self._settings.column] - (self.bias or 0.0))
 
     def learn_noise(self, samples: list[ForceSample]) -> None:
-        """From readings at rest, how many repeated ones in a row are a frozen sensor.
+        """From readings at rest, how many repeated ones in a row are a frozen sensor, its noise, and its bias.
 
         Raises InputError if the axial force never changes: then a frozen sensor cannot be recognised.
         """
         if not self._settings.frozen_check:
             return
-        for check in self._frozen:
+        for check in (*self._frozen, *self._across.values()):
             check.learn(samples)
+        wrenches = np.array([sample.wrench for sample in samples if sample.fresh and not is_fault(sample.status)])
+        if len(wrenches):
+            axial = wrenches[:, self._settings.column]
+            self._quiet.learn(axial)
+            self._scale.learn(wrenches)
+            noise = _PULL_NOISES * float(np.std(axial))
+            self._pull = max(self._settings.steady, noise, _PULL_SHARE * self._settings.force_limit)
+            self._deepest = -math.inf  # what was before was perhaps another site
         if self._axis and not self._frozen[-1].changes and len(samples) > _MIN_CONSTANT:
             limit = f"the same in {len(samples)} readings: the sensor is frozen, or too coarse to be checked for it"
             advice = "Check the sensor; --no-frozen-check records without this check."
@@ -201,6 +222,8 @@ class SafetyMonitor:
             if self.over_limit:
                 self.send_stop()
         usable = [self._is_usable(sample) for sample in samples]
+        for sample in itertools.compress(samples, usable):
+            self._watch(sample)
         self.samples.extend([sample._replace(fresh=fresh) for sample, fresh in zip(samples, usable)])
         self._newest = samples[-1].wrench[self._settings.column]
         self.max_gap_ns = max(self.max_gap_ns, *(sample.read - sample.arrival for sample in samples))
@@ -234,6 +257,18 @@ class SafetyMonitor:
             return True
         return False
 
+    def _watch(self, sample: ForceSample) -> None:
+        """What a usable reading shows of the sensor itself, in constant time."""
+        self._too_quiet |= self._quiet.add(sample.wrench[self._settings.column])
+        self._scaled = min(self._scaled, self._scale.add(sample.wrench))
+        now = sample.arrival / _SECOND
+        pulls = self._advancing and self.bias is not None and self.axial(sample) < -self._pull
+        self._pulled_since = min(self._pulled_since, now) if pulls else math.inf
+        self._pulled |= now - self._pulled_since > _PULLED_S
+        for name, check in self._across.items():
+            if check.add(sample) and name not in self.frozen_axes:
+                self.frozen_axes.append(name)
+
     def _receive_states(self) -> None:
         source = self._axis or getattr(self._force, "axis", None)  # lines on standard input may contain a depth
         if source is None or self.axis_error:
@@ -246,6 +281,8 @@ class SafetyMonitor:
             return
         with self._commanding:
             new = [each for each in states if not self.axis_check or self.axis_check.add(each[0], each[1] / _SECOND)]
+        for state, _ in new:
+            self._advancing, self._deepest = state.depth > self._deepest, max(self._deepest, state.depth)
         self.states.extend(new)
 
     def _check(self, since_last: float) -> None:
@@ -270,10 +307,25 @@ class SafetyMonitor:
         if getattr(self._force, "restart", 0) > self._restarts:
             detail = "its counter restarted while the axis moved: it was switched off or exchanged, its bias is unknown"
             self._end(EndReason.SENSOR_FAULT, detail)
+        elif changed := self._changed_sensor():
+            self._end(EndReason.SENSOR_FAULT, f"{changed}; --no-frozen-check records without the checks of its signal")
         elif now - self.last_usable_time > self._settings.max_force_gap and not self.error:
             self._end(*self._without_force(now))
         elif now - self.last_taken > _MAX_UNWRITTEN_S:
             self._end(EndReason.FILE_NOT_WRITTEN, f"nothing could be written for {_MAX_UNWRITTEN_S:g} s")
+
+    def _changed_sensor(self) -> str:
+        """In words, that the sensor is no longer the one whose bias was taken; empty as far as can be seen."""
+        if changed := getattr(self._force, "changed", ""):
+            return changed
+        if self._scaled < 1.0:
+            return f"all its axes fell to {self._scaled:.2g} of their values, bias included: its scale changed"
+        if self._too_quiet:
+            return f"its noise fell to less than half of that at rest, over {self._quiet.readings} readings"
+        if self._pulled:
+            pulled = f"the force pulls a needle that goes deeper, by more than {self._pull:.3g} N for {_PULLED_S:g} s"
+            return f"{pulled}: its zero moved, or --axial has the wrong sign"
+        return ""
 
     def _limit_queues(self) -> None:
         for queue in (self.samples, self.states):

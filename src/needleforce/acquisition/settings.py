@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from ..checks import within
 from ..errors import InputError
+from ..files import MAX_PART_SAMPLES
 from ..recording.card import check_filter_length
 from ..wire.axis_lines import MAX_SILENCE_S
 from ..wire.net_ft import AXES
@@ -44,6 +45,10 @@ class Settings:
         Time without a usable reading after which a moving axis is stopped [s], 0.02 to 0.5, when it stops by itself.
     frozen_check : bool
         Whether readings that repeat more often than the noise at rest explains are not usable.
+    part_samples : int
+        Readings after which the recording is continued in the next file, 100 to 2^22.
+    part_time : float
+        Time after which it is [s], at least 0.1; infinite for none.
 
     Raises
     ------
@@ -62,6 +67,8 @@ class Settings:
     max_force_gap: float = 0.25
     frozen_check: bool = True
     limit_source: str = "given"
+    part_samples: int = MAX_PART_SAMPLES
+    part_time: float = math.inf
 
     def __post_init__(self):
         limits = [
@@ -72,6 +79,8 @@ class Settings:
             ("silence", self.silence, 0.05, 60.0, "s"),
             ("steady", self.steady, 1e-6, math.inf, "N"),
             ("max_force_gap", self.max_force_gap, 0.02, MAX_SILENCE_S, "s"),
+            ("part_samples", self.part_samples, 100, MAX_PART_SAMPLES, ""),
+            ("part_time", self.part_time, 0.1, math.inf, "s"),
         ]
         for quantity, value, low, high, unit in limits:
             within(quantity, value, low, high, unit)
@@ -131,6 +140,10 @@ class RunResult:
         Time for which that buffer holds unread readings [s].
     restarts : int
         How often the sensor's counter restarted.
+    frozen_axes : tuple of str
+        Axes of the sensor across the needle that froze; nothing is limited by them.
+    unwritten : int
+        Readings that arrived and are not in the file, because it could not be written.
     stop : StopReport or None
         What the axis did after its last stop; None without an axis that was moved.
     """
@@ -151,6 +164,8 @@ class RunResult:
     dropped: int = 0
     buffer: float = math.inf
     restarts: int = 0
+    frozen_axes: tuple[str, ...] = ()
+    unwritten: int = 0
     stop: StopReport | None = None
 
     @property

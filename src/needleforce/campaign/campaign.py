@@ -63,6 +63,8 @@ class CampaignOptions(FileOptions):
         file without fields is identified by itself.
     progress : callable, optional
         ``progress(iterable, text)`` wraps the work over files and over conditions, for a progress bar.
+    follow_links : bool
+        Also read files of a folder that are links to what is not in it.
     jobs : int, optional
         Number of processes; default: one for each processor. The result does not depend on it.
     scheduler : str, optional
@@ -79,6 +81,7 @@ class CampaignOptions(FileOptions):
     needle: Needle | None = None
     repeats: Collection[str] = REPEATS
     progress: Progress | None = None
+    follow_links: bool = False
     jobs: int | None = None
     scheduler: str | None = None
     state: str | os.PathLike | None = None
@@ -118,7 +121,7 @@ def campaign(source: str | os.PathLike | Iterable[str | os.PathLike] | None, opt
     if options.model is not None:  # one that is unknown is refused before any file is read
         still = np.zeros(10)
         identify([Recording(np.arange(10.0), still, still, still)], model=options.model, needle=work.needle)
-    files, others = campaign_files(source)
+    files, others = campaign_files(source, options.follow_links)
     with work.state_folder() as work.state, started(options.jobs, options.scheduler) as work.workers:
         labels, plan = _labelled(source, files, others, work)
         groups = grouped(labels, options.repeats)
@@ -129,9 +132,12 @@ def campaign(source: str | os.PathLike | Iterable[str | os.PathLike] | None, opt
         return _put_together(work.conditions(tasks, plan.keys), plan)
 
 
-def campaign_files(source: str | os.PathLike | Iterable[str | os.PathLike]) -> tuple[list[File], list[File]]:
+def campaign_files(
+    source: str | os.PathLike | Iterable[str | os.PathLike], follow_links: bool = False
+) -> tuple[list[File], list[File]]:
     """The recordings and the other files, as ``find_files``, without the tables, reports and JSON of campaigns."""
-    files, others = ([file for file in each if not is_result(file.path)] for each in find_files(source))
+    found = find_files(source, follow_links)
+    files, others = ([file for file in each if file.why or not is_result(file.path)] for each in found)
     if not files and not others:
         raise InputError("source", repr(str(source)), "only results of campaigns", next_step="Give the recordings.")
     return files, others
@@ -142,7 +148,7 @@ def _labelled(source: Any, files: list[File], others: list[File], work: "_Work")
     pattern, mapping = work.options.pattern, work.options.mapping
     table = None if mapping is None else Path(os.path.abspath(mapping))
     kinds = {file: "it is the mapping" if file.path == table else
-             "it keeps options" if file.path.name == IN_FOLDER else "" for file in others}  # fmt: skip
+             "it keeps options" if file.path.name == IN_FOLDER else file.why for file in others}  # fmt: skip
     facts = work.read([*files, *(file for file, why in kinds.items() if not why)], used=set(files))
     rest = [(file.name, why or facts[file.path].problem) for file, why in kinds.items()]
     rest = [(name, why) for name, why in rest if why]

@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce campaign``: identify a model for each condition in a folder of recordings."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
 
-from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP
 from .flags import takes_flags
@@ -26,6 +24,7 @@ ONLY_FITTED = (
     "note: the values of a condition are those of the repeats used; the others, named above, were left out or not "
     "fitted. With --model cone_cylinder, for example, every file is fitted with that model."
 )
+LINKS_HELP = "Also read files of a folder that are links to what is not in it."
 SHOWN = ("puncture_indentation", "puncture_force", "friction_per_length", "cutting_force")
 
 
@@ -37,6 +36,7 @@ class CampaignFlags(msgspec.Struct, frozen=True, kw_only=True):
     model: Annotated[str | None, typer.Option(help="Model for all conditions, as for identify.")] = None
     needle: Annotated[str | None, typer.Option(help=NEEDLE_HELP)] = None
     reading: ReadOptions
+    follow_links: Annotated[bool, typer.Option("--follow-links", help=LINKS_HELP)] = False
     jobs: Annotated[int | None, typer.Option(help=JOBS_HELP)] = None
     scheduler: Annotated[str | None, typer.Option(help=SCHEDULER_HELP)] = None
     state: Annotated[Path | None, typer.Option(help=STATE_HELP)] = None
@@ -59,13 +59,14 @@ def run(
     from ..campaign.result import check_table
     from ..preset_files import needle_of
 
-    files = [file.path for file in campaign_files(source)[0]] if source else []
+    files = [file.path for file in campaign_files(source, given.follow_links)[0]] if source else []
     check_outputs([given.table, given.page.check(), given.json], [*files, given.labels, given.needle])
     if given.table is not None:
         check_table(given.table)
     body = needle_of(given.needle) if given.needle else None
     options = {"pattern": given.pattern, "mapping": given.labels, "model": given.model, "needle": body}
     options |= {"jobs": given.jobs, "scheduler": given.scheduler, "state": given.state}
+    options["follow_links"] = given.follow_links
     reading = given.reading.of_every_file() | {"instrument": given.reading.mapping}
     show_log()
     try:
@@ -75,26 +76,12 @@ def run(
             "stopped" if given.state is None else f"stopped; {given.state} has what is done, the same command continues"
         )
         raise typer.Exit(130) from None
-    written = [
-        _is_written(lambda: write_json(done.to_json(), given.json) if given.json is not None else None),
-        _is_written(lambda: write_file("written", given.table, done.save_table)),
-        _is_written(lambda: given.page.write(done.report)),
-    ]
+    write_json(done.to_json() if given.json is not None else None, given.json)
+    write_file("written", given.table, done.save_table)
+    given.page.write(done.report)
     _show(done, quiet=given.json == "-")
-    if not all(written):
-        raise typer.Exit(InputError.exit_code)
     if not any(one.has_parameters for one in done.recordings):
         raise typer.Exit(1)
-
-
-def _is_written(write: Callable[[], None]) -> bool:
-    """Write an output; one that cannot be written is reported, and does not keep the others from being written."""
-    try:
-        write()
-    except InputError as error:
-        say(f"needleforce: {error}")
-        return False
-    return True
 
 
 def _show(done: "Campaign", quiet: bool) -> None:

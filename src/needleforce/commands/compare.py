@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..recording.options import ReadOptions
-from .files import MACHINE_HELP, NEEDLE_HELP, read_all, readable, screen_recordings
+from .files import ANONYMOUS_HELP, MACHINE_HELP, NEEDLE_HELP, nameless, read_all, readable, screen_recordings
 from .flags import takes_flags
 from .identify import MODEL_NAMES
 from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table, write_json
@@ -33,13 +33,15 @@ def run(
     reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
     page: ReportFlags,
+    anonymous: Annotated[bool, typer.Option("--anonymous", help=ANONYMOUS_HELP)] = False,
 ) -> None:
     """Fit several models to the same recordings and compare the BIC of the loading curve and the error of predicting
     held-out repeats."""
     import needleforce as nf
 
     check_outputs([json, page.check()], [*files, needle])
-    done = screen_recordings(read_all(files, reading))
+    done = read_all(files, reading)
+    done = screen_recordings(nameless(done) if anonymous else done)
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")

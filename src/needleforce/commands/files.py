@@ -3,9 +3,11 @@
 if others remain. On a terminal the user is asked for columns and units that a file does not state."""
 
 import re
+import socket
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +28,7 @@ NEEDLE_HELP = "Needle: name of a preset, a preset or needle file (TOML), or the 
 MACHINE_HELP = (
     "Stiffness [N/mm] of sensor, holder and drive in series with the needle: the depth is then that of the tip."
 )
+ANONYMOUS_HELP = "Number the recordings, and leave names, texts of their cards, times and hosts out of all outputs."
 MOTION_HELP = (
     "File with velocity or depth on its own clock; repeated once for each recording, those of second passes last."
 )
@@ -127,6 +130,34 @@ def _unit(quantity: str, column: "ColumnLook", usual: str) -> str:
 
 
 _OPTION = re.compile(r"--(column|unit) (?!motion\.)")  # of an error that the choice of columns answers
+
+
+def nameless(done: ReadFiles, what: str = "recording") -> ReadFiles:
+    """The same, numbered, without names of files, texts of their cards, times and hosts in what is written of them."""
+    from ..recording.recording import Card
+
+    names = {text for file, _ in done for text in (str(file), str(file.resolve()), file.name, file.stem)}
+    words = "|".join(map(re.escape, sorted({*names, socket.gethostname(), str(Path.home())}, key=len, reverse=True)))
+    private = re.compile(rf"(?<!\w)(?:{words})(?!\w)|{_TIMES_AND_HOSTS}")
+    hidden = partial(private.sub, "…")
+    found: ReadFiles = []
+    for k, (_, each) in enumerate(done, 1):
+        label = f"{what} {k}"
+        if isinstance(each, InputError):
+            parts = (each.quantity, hidden(str(each.value)), hidden(each.limit), label, hidden(each.next_step))
+            found.append((Path(label), InputError(*parts)))
+            continue
+        texts = {"assumptions": tuple(map(hidden, each.card.assumptions)), "filter_length": each.card.filter_length}
+        notes = [replace(note, message=hidden(note.message)) for note in each.notes if note.kind != "origin"]
+        card = Card(source=label, sha256=each.card.sha256, **texts)
+        found.append((Path(label), replace(each, card=card, notes=tuple(notes))))
+    return found
+
+
+_TIMES_AND_HOSTS = (
+    r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|[+-]\d\d:?\d\d)?)?|\d\d:\d\d:\d\d|\w+://\S+"
+    r"|\b\d{1,3}(?:\.\d{1,3}){3}(?::\d+)?\b|\b[\w-]+(?:\.[\w-]+)*\.(?:local|lan|com|org|net|edu|de|uk)\b"
+)
 
 
 def readable(done: ReadFiles) -> list["Recording"]:

@@ -10,7 +10,17 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import MACHINE_HELP, MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, read_or_ask, screen_recordings
+from .files import (
+    ANONYMOUS_HELP,
+    MACHINE_HELP,
+    MOTION_HELP,
+    NEEDLE_HELP,
+    ReadFiles,
+    nameless,
+    read_all,
+    read_or_ask,
+    screen_recordings,
+)
 from .flags import takes_flags
 from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table, write_file, write_json
 
@@ -55,6 +65,7 @@ class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
     page: ReportFlags
+    anonymous: Annotated[bool, typer.Option("--anonymous", help=ANONYMOUS_HELP)] = False
     save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None
     csv: Annotated[Path | None, typer.Option(help="Write all estimates as a CSV table.")] = None
     draws: Annotated[
@@ -85,8 +96,10 @@ def identify_files(files: list[Path], given: IdentifyFlags, look: Callable[[Read
     body = needle_of(given.needle) if given.needle else None
     motion = given.motion[: len(files)] if given.second_pass else given.motion
     done, reading = read_or_ask(files, given.reading, motion)
-    done = screen_recordings(done)
     seconds = read_all(given.second_pass, reading, given.motion[len(files) :])
+    if given.anonymous:
+        done, seconds = nameless(done), nameless(seconds, "second pass")
+    done = screen_recordings(done)
     _print_assumptions(done + seconds)
     if look is not None:
         look(done)
@@ -94,8 +107,8 @@ def identify_files(files: list[Path], given: IdentifyFlags, look: Callable[[Read
     machine = None if given.machine_stiffness_N_mm is None else 1e3 * given.machine_stiffness_N_mm
     chosen = {"model": given.model, "layers": given.layers, "machine_stiffness": machine}
     fit = _identified(done, seconds, **chosen, needle=body, **bench, progress=progress)
-    _show(fit, quiet=given.json == "-")
     _write(fit, given)
+    _show(fit, quiet=given.json == "-")
     if fit.identified_model is None:
         raise typer.Exit(1)
 

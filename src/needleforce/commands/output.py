@@ -110,6 +110,7 @@ _CHOICES = ("increasing", "decreasing")  # values that are plain words
 _WRITING = ("--json", "--report", "--save", "--csv", "--draws", "--table", "--figure", "--output", "--out", "--state")
 typed = TypedCommand()
 typed.begin()
+_failed: list[str] = []  # outputs of this command that could not be written
 
 
 def say(text: str) -> None:
@@ -181,18 +182,43 @@ def write_json(document: Any, path: str | None) -> None:
     if path is None:
         return
     text = document if isinstance(document, str) else json.dumps(json_safe(document), indent=2, allow_nan=False)
-    if path == "-":
-        show(text)
-    else:
-        with atomic_write(path) as file:
-            file.write(text + "\n")
+    with _reported("standard output" if path == "-" else path):
+        if path == "-":
+            show(text)
+        else:
+            with atomic_write(path) as file:
+                file.write(text + "\n")
 
 
-def write_file(what: str, path: Path | None, write: Callable[[Path], None]) -> None:
+def write_file(what: str, path: Path | None, write: Callable[[Path], object]) -> None:
     """Write a file, if its option is given, and print what it is with its name."""
     if path is not None:
-        write(path)
-        say(f"{what}: {path}")
+        with _reported(path):
+            write(path)
+            say(f"{what}: {path}")
+
+
+@contextlib.contextmanager
+def each_output() -> Iterator[None]:
+    """The work of a command, whose outputs are written each for itself: one that fails is named at once, and makes the
+    exit code that of an error."""
+    _failed.clear()
+    yield
+    if _failed:
+        raise typer.Exit(InputError.exit_code)
+
+
+@contextlib.contextmanager
+def _reported(place: str | Path) -> Iterator[None]:
+    """Print why an output was not written, instead of leaving the command without its other outputs."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise
+    except (InputError, OSError) as error:
+        _failed.append(str(place))
+        reason = error if isinstance(error, InputError) else f"{place}: not written, {error.strerror or error}"
+        say(f"needleforce: {reason}")
 
 
 class ReportFlags(msgspec.Struct, frozen=True, kw_only=True):

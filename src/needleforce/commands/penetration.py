@@ -12,7 +12,7 @@ from ..errors import InputError
 from ..recording.options import ReadOptions
 from .files import read_all
 from .flags import takes_flags
-from .output import JSON_HELP, ReportFlags, check_outputs, say, table, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..bench_tests import PenetrationTests
@@ -53,7 +53,7 @@ def run(
         needles, min_fall=given.min_fall_n, tips=given.tips, plateau_travel=plateau, work_to=work_to
     )
     write_json(tests.to_json(), given.json)
-    _write_table(tests, given.table_file)
+    write_file("table", given.table_file, lambda path: _write_table(tests, path))
     given.page.write(tests.report)
     _show_penetration(tests, quiet=given.json == "-")
     if all(test.empty for test in tests.tests):
@@ -85,14 +85,11 @@ def _plateau_travel(text: str | None) -> tuple[float, float] | None:
     return first, last
 
 
-def _write_table(tests: "PenetrationTests", table_file: Path | None) -> None:
+def _write_table(tests: "PenetrationTests", table_file: Path) -> None:
     from ..files import atomic_write
 
-    if table_file is not None:
-        text = tests.to_dataframe().to_csv(index=False, lineterminator="\n")
-        with atomic_write(table_file) as file:
-            file.write(text)
-        say(f"table: {table_file}")
+    with atomic_write(table_file) as file:
+        tests.to_dataframe().to_csv(file, index=False, lineterminator="\n")
 
 
 def _show_penetration(tests: "PenetrationTests", quiet: bool) -> None:

@@ -12,6 +12,7 @@ import msgspec
 import typer
 
 from ..errors import InputError
+from ..files import MAX_PART_SAMPLES
 from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, live_view, say, write_json
 
@@ -64,6 +65,8 @@ class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
     same_site: Annotated[bool, typer.Option("--same-site", help=SAME_SITE_HELP)] = False
     needle: Annotated[str, typer.Option(help="Description of the needle, for the card.")] = ""
     tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = ""
+    part_s: Annotated[float, typer.Option(help="Time after which the recording continues in the next file.")] = math.inf
+    part_readings: Annotated[int, typer.Option(help="Readings after which it does.")] = MAX_PART_SAMPLES
     plain: Annotated[bool, typer.Option("--plain", help="Print one line per second instead of a panel.")] = False
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
 
@@ -97,6 +100,8 @@ def run(given: RecordFlags) -> None:
         filter_length=given.filter_length,
         steady=given.steady_n,
         frozen_check=given.frozen_check,
+        part_samples=given.part_readings,
+        part_time=given.part_s,
     )
     with live_view(given.plain) as view:
         if given.protocol:
@@ -119,8 +124,8 @@ def run(given: RecordFlags) -> None:
         "stop": outcome.stop and outcome.stop._asdict(),
     }
     try:
-        _print_outcome(outcome)
         write_json(document, given.json)
+        _print_outcome(outcome)
     except BaseException:  # a closed terminal, a missing folder, Ctrl-C: the axis comes first
         _exit(True, outcome.rest_confirmed)
         raise
@@ -211,8 +216,12 @@ def _print_outcome(outcome: "RunResult") -> None:
     say(f"{outcome.seconds:.1f} s, {outcome.received} readings, largest force {outcome.peak_force:.3f} N")
     counts = f"lost {outcome.lost}, duplicated {outcome.duplicated}, late {outcome.late}"
     say(f"packets: {counts}; uncertainty of the sensor's clock: {clock}")
+    if outcome.unwritten:
+        say(f"warning: {outcome.unwritten} readings arrived and are not in the file, which could not be written")
     if outcome.dropped:
         say(f"warning: {outcome.dropped} of the lost packets were dropped because this computer's buffer was full")
+    for name in outcome.frozen_axes:
+        say(f"warning: {name} froze: its values repeat more often than its noise at rest explains; check its cable")
     if outcome.buffer < 1.0:
         advice = "enlarge it with: sysctl -w net.core.rmem_max=4194304"
         say(f"warning: the receive buffer holds only {outcome.buffer:.2f} s of packets; {advice}")
@@ -238,12 +247,13 @@ def sources(
         return lambda: (lines, AxisClient(*axis_address) if axis_address else None), None
     host, port = address(sensor, net_ft.PORT)
     configuration = read_configuration(host, page)
+    watched = page or f"http://{host}/{net_ft.PAGE}"
 
     def opened() -> tuple:
         if read_configuration(host, page) != configuration:
             limit, advice = "the sensor was exchanged or set up anew", "Start again."
             raise InputError("sensor's configuration", "changed", limit, next_step=advice)
-        return SensorClient(host, port, configuration), AxisClient(*axis_address) if axis_address else None
+        return SensorClient(host, port, configuration, watched), AxisClient(*axis_address) if axis_address else None
 
     return opened, configuration
 

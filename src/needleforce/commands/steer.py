@@ -68,13 +68,13 @@ def simulate(given: SteerSimulateFlags) -> None:
         return
     moves = _motion(given.motion, _depths(given.depth_mm, given.step_mm), given.roll_deg)
     run = nf.steering.simulate(nf.steering.load(given.model), moves, axial=laws)
-    run.write(given.output)
+    write_file("steps", given.output, run.write)
     given.page.write(run.report)
     if run.lost.any():
         say("warning: the needle buckles, or a step is impossible; see the column status")
     x, y, z = 1e3 * run.tip[-1]
     force = f", axial force {run.force[-1]:.3f} N" * bool(run.force.any())  # without laws of it, none is known
-    show(f"{given.output}: {len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm{force}")
+    show(f"{len(moves)} steps, tip at ({x:.2f}, {y:.2f}, {z:.2f}) mm{force}")
 
 
 class SteerIdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
@@ -115,13 +115,13 @@ def identify(
     with _progress_line("identifying") as progress:
         fit = nf.steering.identify(measured, needle_of(given.needle), progress=progress, **options)
     write_json(fit.to_json(), given.json)
+    given.page.write(fit.report)
+    write_file("model", given.save, fit.save)
     if given.json != "-":
         table(fit.heading(), *fit.cells())
         table("residual of each insertion", *fit.insertion_table())
     for remark in fit.remarks():
         say(remark)
-    given.page.write(fit.report)
-    write_file("model", given.save, fit.save)
 
 
 class SteerPlanFlags(msgspec.Struct, frozen=True, kw_only=True):
@@ -156,6 +156,9 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
     from ..steering import SteeringLimits
 
     check_outputs([given.output, given.json, given.page.check()], [model, given.measured])
+    readings = None if given.measured is None else nf.steering.read(given.measured)[-1]
+    for doubt in readings.doubts if readings else ():
+        say(f"{readings.name}: {doubt}")
     limits = SteeringLimits(
         max_lateral=1e-3 * given.max_lateral_mm,
         max_lateral_step=1e-3 * given.max_lateral_step_mm,
@@ -164,7 +167,6 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
         max_lateral_force=given.max_lateral_force_n,
         max_moment=1e-3 * given.max_moment_nmm,
     )
-    readings = None if given.measured is None else nf.steering.read(given.measured)[-1]
     with _progress_line("planning") as progress:
         found = nf.steering.plan(
             nf.steering.load(model),
@@ -178,8 +180,7 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
             progress=progress,
         )
     write_json(found.to_json(), given.json)
-    if given.output:
-        found.motion.write(given.output)
+    write_file("motion", given.output, found.motion.write)
     given.page.write(found.report)
     _show_plan(found, quiet=given.json == "-")
     if found.faults:
@@ -190,11 +191,12 @@ def _simulate_rig(output: Path, motion: Path | None, *, insertions: int, seed: i
     """Tracked tips of insertions of the steering rig: along a motion, or half of them steered at random."""
     import numpy as np
 
+    from ..checks import random_seed
     from ..rig import SteeringPhantom, steering_insertion, write_steering
 
     if not 1 <= insertions <= 1000:
         raise InputError("--insertions", insertions, "must be 1 to 1000", next_step="Give 6.")
-    rng, made = np.random.default_rng(seed), []
+    rng, made = np.random.default_rng(random_seed(seed, "--seed")), []
     for number in range(insertions):
         moves = _motion(motion, depths, 0.0)
         insertion, base = steering_insertion(seed, number, SteeringPhantom(), axial=axial), np.zeros(2)

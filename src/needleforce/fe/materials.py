@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..checks import above_zero
+from ..checks import DENSITY, MODULUS, above_zero, in_range
 from ..errors import InputError
 
 _MAX_RATIO = 0.49999
@@ -73,8 +73,8 @@ class Elastic:
     density: float = 1000.0
 
     def __post_init__(self) -> None:
-        above_zero("young_modulus", self.young_modulus, "Pa")
-        above_zero("density", self.density, "kg/m^3")
+        in_range("young_modulus", above_zero("young_modulus", self.young_modulus, "Pa"), MODULUS, "Give it in Pa.")
+        in_range("density", above_zero("density", self.density, "kg/m^3"), DENSITY, "Give it in kg/m^3.")
         _ratio(self.poisson_ratio)
 
     @property
@@ -110,7 +110,7 @@ class NeoHookean:
     bulk_modulus: float | None = None
 
     def __post_init__(self) -> None:
-        above_zero("shear_modulus", self.shear_modulus, "Pa")
+        in_range("shear_modulus", above_zero("shear_modulus", self.shear_modulus, "Pa"), MODULUS, "Give it in Pa.")
         object.__setattr__(self, "bulk_modulus", _bulk(self.bulk_modulus, self.shear_modulus))
 
     @property
@@ -146,7 +146,7 @@ class MooneyRivlin:
     bulk_modulus: float | None = None
 
     def __post_init__(self) -> None:
-        above_zero("c10 + c01", self.c10 + self.c01, "Pa")
+        in_range("c10 + c01", above_zero("c10 + c01", self.c10 + self.c01, "Pa"), MODULUS, "Give them in Pa.")
         object.__setattr__(self, "bulk_modulus", _bulk(self.bulk_modulus, self.shear_modulus))
 
     @property

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import checks
 from ..display.axes import DEPTH, FORCE
 from ..display.canvas import MODEL, QUIET, THICK, Sheet, axis_names, envelope, panels
 from ..display.markup import Markup, table
@@ -132,7 +133,8 @@ def _insertion(depth: ArrayLike | None, force: ArrayLike | None) -> tuple[np.nda
     if depth is None or force is None:
         missing = "depth" if depth is None else "force"
         raise InputError(missing, "missing", "of the insertion", next_step="Give both, or none.")
-    arrays = np.asarray(depth, dtype=float), np.asarray(force, dtype=float)
+    given = {"depth": (depth, checks.TRAVEL), "force": (force, checks.FORCE)}
+    arrays = tuple(checks.in_range(name, *each, f"Give it in {each[1].unit}.") for name, each in given.items())
     if arrays[0].ndim != 1 or arrays[0].shape != arrays[1].shape or len(arrays[0]) < 2:
         limit = f"must be as long as depth, {arrays[0].shape}, and have one row of two values or more"
         raise InputError("force of the insertion", f"of shape {arrays[1].shape}", limit, next_step="Give both (n,).")

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import InputError
-from ..files import atomic_write, checked_target
+from ..files import atomic_write
 from .elastic.stress import Stress, checked_solution, stress
 from .elastic.tissue import Tissue
 from .mesh.mesh import Mesh, library
@@ -68,23 +68,10 @@ def write_vtk(path: str | os.PathLike, tissue: Tissue | Body, solution: ArrayLik
             "von_mises": [cells.von_mises], "pressure": [cells.pressure],
         },
     )  # fmt: skip
-    _written(path, content)
+    with TemporaryDirectory() as folder, atomic_write(path) as file:  # meshio wants a name
+        content.write(Path(folder) / "part.vtu")
+        file.buffer.write((Path(folder) / "part.vtu").read_bytes())
     return {number: str(label) for number, label in enumerate(labels)}
-
-
-def _written(path: str | os.PathLike, content) -> None:  # type: ignore[no-untyped-def]
-    """By way of a temporary folder, because meshio wants a name."""
-    checked_target(path)
-    try:
-        with TemporaryDirectory() as folder:
-            part = Path(folder) / "part.vtu"
-            content.write(part)
-            data = part.read_bytes()
-    except OSError as error:
-        step = "Check the space for temporary files."
-        raise InputError("file", "not written", error.strerror or "", str(path), step) from None
-    with atomic_write(path) as file:
-        file.buffer.write(data)
 
 
 def _three(rows: np.ndarray) -> np.ndarray:

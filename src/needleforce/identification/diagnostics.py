@@ -28,6 +28,7 @@ from .recording_fit import RecordingFit
 from .repeats import differing_repeats
 from .settings import FitSettings
 from .statistics.noise import SIGNIFICANT, Noise
+from .timing import late_words
 
 NO_MODULUS = "Modulus and Poisson ratio of the tissue: the law {} has no modulus. Give --model paper, or cone_cylinder."
 NO_MODEL = "No model can be made of the identified values: {}"
@@ -48,6 +49,7 @@ SYSTEMATIC = (
 MODEL_ERRORS = {
     "law": "the choice of the loading law",
     "lag": "a lag between force and depth",
+    "shorter lag": "a lag between force and depth",
     "filter": "a filter that is not declared",
     "slow misfit": "slow misfit below the puncture",
     "slower misfit": "slow misfit below the puncture",
@@ -265,6 +267,7 @@ def exceeded_limits(single: SegmentedRecording, law: str = "") -> list[str]:
     """A sentence for each limit that one recording exceeds; a layered model, without a ``law``, includes layers,
     relaxation and what is deep."""
     found = [_saturated(single), _lateral(single)]
+    found += [late_words(single.timing.late)] if single.timing.late else []
     found += [TIMING] if single.timing.notes else []
     found += [_deep(single, law), _smeared(single, law)] if law in single.fits else []
     found += [_layers(single.events), _relaxation(single)] if law else []

@@ -7,6 +7,7 @@ The samples of white noise are independent; those behind an average of n samples
 sharp puncture behind such a filter is a straight fall over n samples.
 """
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Callable
@@ -17,16 +18,20 @@ import numpy as np
 
 from .. import core
 from ..recording import Recording
+from ..recording.force_signal import late_depth
 from ..segmentation import Events
-from ..segmentation.strokes import white_noise
+from ..segmentation.strokes import cycles, updated_depth, white_noise
 from ..vocabulary import Phase
 from .motion import DepthSignal, smoothed
 from .statistics.noise import SIGNIFICANT, TWO_SIDED, noise_of
 from .statistics.regression import VERY_STRONG_BIC
-from .strokes import own_spans
+from .strokes import depth_before, own_spans
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
 MAX_LAG_S = 0.15  # [s]
+MAX_LATE_S = 1.0  # [s] of a depth before its turn, in which the force is compared
+MIN_TURN_REST_S = 0.1  # [s] of rest before the turn, below which the insertion disturbs the search
+PULL_SIGMA, PULL_SHARE = 5.0, 0.05  # [sd of a sample], and of the range of the force, that pull a needle
 MAX_SAMPLES = 100  # of the window: more add time and little knowledge
 STRETCHES = np.geomspace(5e-6, 5e-3, 8)  # [m] travel over which the force follows the reversal
 MIN_CHANGE_SIGMA = 20.0  # [standard deviations of a sample] of the force, so that a tenth of it is seen
@@ -55,10 +60,14 @@ class Lag:
         return 0.5 * (self.low + self.high)
 
     @property
+    def ends(self) -> tuple[float, float]:
+        """The ends [s] of the range, with their 95 % error."""
+        return self.low - TWO_SIDED * self.error, self.high + TWO_SIDED * self.error
+
+    @property
     def largest(self) -> float:
-        """The end [s] of the range that is farther from no lag, with its 95 % error."""
-        end = max(self.low, self.high, key=abs)
-        return end + math.copysign(TWO_SIDED * self.error, end)
+        """The end [s] of the range that is farther from no lag, with its error."""
+        return max(self.ends, key=abs)
 
     @property
     def significant(self) -> bool:
@@ -154,12 +163,23 @@ class LagSearch:
 def lag_search(recording: Recording, events: Events, signal: DepthSignal) -> LagSearch | None:
     """The search for a lag at the start of the withdrawal after a hold; None without both, or where the depth is too
     noisy."""
-    window = _window(recording, events)
-    if window is None:
+    outwards = own_spans(events, Phase.extraction)
+    holds = [span for span in events.spans(Phase.hold) if outwards and span.last >= outwards[0].first]
+    if not holds or holds[0].end - holds[0].start < BEFORE_S:
         return None
+    window = _window(recording, float(recording.time[outwards[0].first]))
+    window = None if window is None else np.setdiff1d(window, events.outliers, assume_unique=True)
+    return None if window is None else _search(recording, signal, window)
+
+
+def _search(
+    recording: Recording, signal: DepthSignal, window: np.ndarray, held: float | None = None
+) -> LagSearch | None:
+    """The search in a window of samples, back from the depth that was ``held`` [m], by default that of its begin."""
     smooth, left = signal.smoothed
+    window = window[:: -(-len(window) // MAX_SAMPLES)]
     time, depth, force = (values[window] for values in (recording.time, smooth, recording.force))
-    held = core.median(depth[time <= time[0] + 0.5 * BEFORE_S])
+    held = core.median(depth[time <= time[0] + 0.5 * BEFORE_S]) if held is None else held
     stretches = STRETCHES[3.0 * left < STRETCHES]
     if not len(stretches):
         return None
@@ -177,15 +197,12 @@ def lag_search(recording: Recording, events: Events, signal: DepthSignal) -> Lag
     )
 
 
-def _window(recording: Recording, events: Events) -> np.ndarray | None:
-    """Samples of the last part of the hold, and of the withdrawal until the force has followed by most of its change:
-    then the needle slides, and the force follows the embedded length. None without enough of either."""
-    outwards, time, force = own_spans(events, Phase.extraction), recording.time, recording.force
-    holds = [span for span in events.spans(Phase.hold) if outwards and span.last >= outwards[0].first]
-    if not holds or holds[0].end - holds[0].start < BEFORE_S:
-        return None
-    start = float(time[outwards[0].first])
-    first, begin = np.searchsorted(time, (start - BEFORE_S, start))
+def _window(recording: Recording, start: float, rest_s: float = BEFORE_S) -> np.ndarray | None:
+    """Samples of the last part of the hold, and of the withdrawal from ``start`` [s] until the force has followed by
+    most of its change: then the needle slides, and the force follows the embedded length. None without enough of
+    either."""
+    time, force = recording.time, recording.force
+    first, begin = np.searchsorted(time, (start - rest_s, start))
     rest = np.arange(first, begin)
     after = np.arange(begin, np.searchsorted(time, start + AFTER_S, side="right"))
     if len(rest) < MIN_REST_SAMPLES or len(after) < MIN_REST_SAMPLES:
@@ -195,9 +212,51 @@ def _window(recording: Recording, events: Events) -> np.ndarray | None:
     if not -change > MIN_CHANGE_SIGMA * noise:
         return None
     end = after[int(np.argmax(follows <= level + FOLLOWED * change))]
-    window = np.arange(rest[0], max(end, after[MIN_REST_SAMPLES - 1]) + 1)
-    window = np.setdiff1d(window, events.outliers, assume_unique=True)
-    return window[:: -(-len(window) // MAX_SAMPLES)]
+    return np.arange(rest[0], max(end, after[MIN_REST_SAMPLES - 1]) + 1)
+
+
+def lateness(recording: Recording) -> Lag | None:
+    """The lag of a force that pulls the needle before the depth turns back, which only a late depth explains; None for
+    any other.
+
+    The search at the turn gives it where the depth is taken back by the middle of the range that follows from the pull,
+    and that range where it does not.
+    """
+    time, force, depth = recording.time, recording.force, updated_depth(recording.depth)
+    smooth, left = DepthSignal(depth).smoothed
+    for cycle in (each for each in cycles(time, depth) if each.withdrawn):
+        size = max((cycle.stop - cycle.start) // 20, MIN_REST_SAMPLES)
+        ends = (force[cycle.start : cycle.start + size], force[max(cycle.end - size, cycle.stop) : cycle.end])
+        zero = min(core.median(each) for each in ends)
+        pull = max(PULL_SIGMA * white_noise(force), PULL_SHARE * (float(force[cycle.start : cycle.end].max()) - zero))
+        part = slice(int(np.searchsorted(time, time[cycle.stop - 1] - MAX_LATE_S)), cycle.end)
+        found = late_depth((time[part], force[part] - zero), (time[part], smooth[part]), pull, 3.0 * left)
+        if found is not None:
+            turn = time[part][smooth[part].argmax() :][0]
+            return _refined(recording, found, (float(turn), float(time[cycle.withdrawal_start - 1])))
+    return None
+
+
+def late_words(late: Lag) -> str:
+    """A sentence on a depth that is late."""
+    low, high = (-end for end in reversed(late.ends))
+    return (
+        f"The depth is {-late.time:.3f} s ({low:.3f} to {high:.3f} s) later than the force, which pulls the needle "
+        "before the depth turns back: depths are taken back by it; intervals of a model of one layer hold the range."
+    )
+
+
+def _refined(recording: Recording, late: tuple[float, float], rest: tuple[float, float]) -> Lag:
+    """The lag of a depth that is late by a range [s] and rests from one time to another by the recording."""
+    middle, length = 0.5 * sum(late), rest[1] - rest[0]
+    taken_back = dataclasses.replace(recording, depth=depth_before(recording, -middle))
+    signal, lag = DepthSignal(taken_back.depth), None
+    window = _window(taken_back, rest[1] - middle, min(length, BEFORE_S)) if length >= MIN_TURN_REST_S else None
+    if window is not None and (search := _search(taken_back, signal, window, float(signal.smoothed[0].max()))):
+        lag = search.possible
+    if lag is None:
+        return Lag(-late[1], -late[0], 1.0 / recording.rate)
+    return Lag(lag.low - middle, lag.high - middle, lag.error)
 
 
 def _correlation(force: np.ndarray) -> float:
@@ -317,11 +376,13 @@ def _unexplained(force: np.ndarray, design: np.ndarray) -> tuple[float, int]:
 
 @dataclass(frozen=True)
 class Timing:
-    """The significant ``lag`` between force and depth or None, with its ``search`` where there is one, the
-    ``filter_length`` [samples] of an average filter that is not declared or 0, and a sentence for each."""
+    """The significant ``lag`` between force and depth or None, with its ``search`` where there is one, the lag of a
+    ``late`` depth that was taken back by it, the ``filter_length`` [samples] of an average filter that is not declared
+    or 0, and a sentence for each."""
 
     lag: Lag | None = None
     search: LagSearch | None = None
+    late: Lag | None = None
     filter_length: int = 0
     notes: tuple[str, ...] = ()
 
@@ -335,11 +396,11 @@ def _play(recording: Recording, events: Events, lag: Lag) -> str:
     return f" So does play of the mount of {1e3 * abs(last - first):.2g} mm, which shifts the withdrawal alone."
 
 
-def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timing:
+def timing_of(recording: Recording, events: Events, signal: DepthSignal, late: Lag | None = None) -> Timing:
     """The lag between force and depth and the undeclared filter of a recording, with their sentences; ``signal`` is
-    that of the undelayed depth."""
+    that of the undelayed depth, which is taken back by a ``late`` lag."""
     found, search = [], lag_search(recording, events, signal)
-    lag = None if search is None else search.significant
+    lag = None if search is None or late is not None else search.significant
     if lag is not None:
         side = "behind" if lag.time > 0.0 else "ahead of"
         span = sorted(1e3 * abs(end) for end in (lag.low, lag.high))
@@ -360,4 +421,4 @@ def timing_of(recording: Recording, events: Events, signal: DepthSignal) -> Timi
             "samples, and none is declared: declare it, so that its delay and its smearing are counted. The intervals "
             "of a model of one layer hold the values with and without it."
         )
-    return Timing(lag, search, length, tuple(found))
+    return Timing(lag, search, late, length, tuple(found))

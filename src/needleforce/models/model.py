@@ -281,7 +281,8 @@ class Insertion(core.Insertion):
 
     Methods: ``step(depth, velocity, dt) -> Sample``, ``run(depth, velocity, dt)`` over arrays, ``forces(depth, dt)``
     for the force alone, ``reset()``, ``snapshot()``, ``restore(snapshot)``, and ``save()``, which returns the memory as
-    bytes for ``restore``. A step never raises; the ``status`` of its sample reports invalid input.
+    bytes for ``restore``. A step never raises; the ``status`` of its sample reports invalid input. While another
+    thread is in ``run`` or ``forces``, every call raises: use an insertion for each thread.
 
     Parameters
     ----------

@@ -62,7 +62,7 @@ class AssumedMotion:
 
     def unused(self, has_time: bool, has_motion: bool) -> str:
         """A sentence on what was given and is not used, because the file has it; empty if all is used."""
-        given = [("rate", self.rate is not None and not self.stated and has_time, "time")]
+        given = [("rate", self.rate is not None and not self.stated and has_time, "time (--decimate-to-hz lowers it)")]
         given += [("speed", self.speed is not None and has_time and has_motion, "time and motion")]
         given += [("step", self.step is not None and has_motion and (has_time or not self.speed), "motion")]
         given += [(name, getattr(self, name) is not None and has_motion, "motion") for name in ("stroke", "hold")]

@@ -60,8 +60,8 @@ class Preamble:
 
     def number(self, key: str) -> float | None:
         """The entry as a finite number, None if it is absent. Raises InputError if it is not a finite number."""
-        try:
-            number = float(self.text(key)) if self.text(key) else None
+        try:  # Python alone reads 1_0 as a number
+            number = float(self.text(key).replace("_", "?")) if self.text(key) else None
         except ValueError:
             number = math.nan
         if number is not None and not math.isfinite(number):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Faults of the force signal: the sensor's bias, estimated from the free travel before contact, and single corrupted
-samples."""
+"""Faults of the force signal: the sensor's bias, estimated from the free travel before contact, single corrupted
+samples, and a depth that is later than it."""
 
 import math
 from statistics import NormalDist
@@ -29,6 +29,11 @@ _MAX_NEIGHBOUR_SPAN = 0.5  # of the outlier's height
 _LOCAL_SAMPLES = 200  # whose differences show the noise near a sample
 _LOCAL_MARGIN = 1.25  # of that noise, three standard errors of its estimate
 _MAX_COMMON = 2000  # samples that show the common noise
+_MIN_TURN_M = 4e-6  # of depth: travel back that is seen
+_STEEPEST = 4.0  # times that travel: a needle that accelerates steadily is there in twice the time
+_FALL_S = 0.5  # before a pull, of whose median the force falls
+_FALLS = 4.0  # times that from half of it to the pull: the fall takes as long at most, by an accelerating needle
+_MIN_LATE_S = 0.03  # between two states of an axis, or two looks of a recorder
 
 
 def bias(depth: np.ndarray, force: np.ndarray) -> tuple[float, str]:
@@ -215,3 +220,31 @@ def without_outliers(force: np.ndarray, found: np.ndarray) -> np.ndarray:
 def quantum_of(force: np.ndarray) -> float:
     """The smallest step [N] of (n,) values beyond their rounding, 0 if they are constant."""
     return core.quantum_of(force)
+
+
+def late_depth(
+    force: tuple[np.ndarray, np.ndarray], depth: tuple[np.ndarray, np.ndarray], pull: float, spread: float
+) -> tuple[float, float] | None:
+    """The range [s] in which a depth is later than the force where a needle turns back; None if it is not.
+
+    ``force`` are times (n,) [s] and forces against the insertion above their zero [N], ``depth`` times (m,) and depths
+    [m] with noise of at most ``spread`` [m], both from a rest or the end of an insertion into the withdrawal. A needle
+    that rests or goes deeper is not pulled, however the tissue relaxes: if the force pulls by more than ``pull`` [N]
+    before the depth can have begun to turn, the depth is late. The range is from the pull to the earliest
+    begin of its fall.
+    """
+    (time, force), (when, depth) = force, depth
+    travel, seen = depth.max() - depth, max(_MIN_TURN_M, 2.0 * spread)
+    moved = [np.flatnonzero(travel <= each)[-1] for each in (seen, _STEEPEST * seen)]
+    if moved[1] + 1 >= len(when):
+        return None
+    early, late = float(when[moved[0]]), float(when[moved[1] + 1])
+    begins = 2.0 * early - late
+    before = np.flatnonzero((time <= begins) & (force >= -pull))
+    if not len(before) or before[-1] + 1 >= len(time):
+        return None
+    pulled = before[-1] + 1
+    shortest, fall = begins - float(time[pulled]), slice(np.searchsorted(time, time[pulled] - _FALL_S), pulled)
+    half = time[fall][force[fall] >= 0.5 * np.median(force[fall])][-1]
+    falls = max(float(time[0]), float(time[pulled] - _FALLS * (time[pulled] - half)))
+    return (shortest, early - falls) if shortest > _MIN_LATE_S else None

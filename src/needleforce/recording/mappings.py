@@ -106,15 +106,18 @@ def completed(path: Path, options: ReadOptions) -> tuple[ReadOptions, str]:
     if name is None and not of_folder.is_file():
         return options, ""
     mapping = load_mapping(of_folder if name is None else name)
-    kept: dict[str, Any] = {"mapping": None}
+    kept, changed = dict[str, Any](mapping=None), []
     for option, (key, factor, _) in _KEPT.items():
         value, given = getattr(mapping, key), getattr(options, option)
         if option in _TABLES:
             kept[option] = value | dict(given or {})
+            changed += [f"{key}.{name} = {_value(each)}" for name, each in value.items() if name not in (given or {})]
         elif given is None and value is not None:
             kept[option] = value if factor is None else factor * value
-    origin = f"{IN_FOLDER} in the folder of the file" if name is None else f"the mapping {os.fspath(name)}"
-    return replace(options, **kept), f"columns, units and other options are those of {origin}"
+            changed.append(f"{key} = {_value(value)}")
+    origin = f"{IN_FOLDER} in the folder of the file" if name is None else f"the mapping {Path(name).name}"
+    what = f": {', '.join(changed)}" if changed else ""
+    return replace(options, **kept), f"columns, units and other options are those of {origin}{what}"
 
 
 def save_mapping(options: ReadOptions, target: str, description: str = "") -> Path:

@@ -79,6 +79,9 @@ class FileOptions:
         Row, or line of a text, at which the numbers begin, where rows above it are no samples.
     filter_length : int, optional
         Samples in the average filter of the force; by default the value in the file's card, or 1.
+    decimate_to : float, optional
+        Rate [Hz] to which the samples are reduced, of a log while it is read, so that it may have any length; see
+        ``samples.Decimated`` for the filter.
     """
 
     columns: Annotated[
@@ -149,6 +152,9 @@ class FileOptions:
     ] = None
     filter_length: Annotated[
         int | None, Flag("--filter-length", "Samples in the average filter of the force.", int, named=True)
+    ] = None
+    decimate_to: Annotated[
+        float | None, Flag("--decimate-to-hz", "Lower rate to which the samples are reduced while read.", float, 1.0)
     ] = None
 
     def of_every_file(self) -> dict[str, Any]:

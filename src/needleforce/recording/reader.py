@@ -24,7 +24,7 @@ from .parts import Part, asked, chosen_part, fitting_parts, listed, parts_of
 from .quantities import AXES
 from .recording import Note, Recording
 from .roles import of_main
-from .samples import timing_notes
+from .samples import decimated, timing_notes
 from .stream import read_stream
 from .table import Table, segments_of
 
@@ -201,6 +201,9 @@ class RecordingFile:
             return recording, cycle_spans(recording)
         chosen, first_row = self.named(wanted), options.first_row
         recording, rows = self._read_part(chosen, assumed)
+        if options.decimate_to is not None:
+            recording = decimated(recording, options.decimate_to)
+            return replace(recording, card=replace(recording.card, part=chosen.name)), cycle_spans(recording)
         if chosen.name:
             recording = replace(recording, card=replace(recording.card, part=chosen.name))
         skipped = 0 if first_row is None else max(0, first_row - chosen.table.first_row)

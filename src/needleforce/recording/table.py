@@ -6,6 +6,7 @@ rows, or its columns with a time put together are tables again.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,6 +40,8 @@ class Table:
     ----------
     path : Path
         The file.
+    reading : callable
+        A context that raises InputError if the file was replaced since it was opened, as ``same_file``.
     headers : list of str
         The name of each column.
     read_column : callable, optional
@@ -80,6 +83,7 @@ class Table:
     """
 
     path: Path
+    reading: Callable[[], AbstractContextManager] = nullcontext
     headers: list[str]
     read_column: Callable[[int], np.ndarray] | None = None
     lines: "TextRows | None" = None
@@ -120,7 +124,8 @@ class Table:
         """
         columns = [self.first_column + index for index in indices]
         rest = [self.stamp.rest] if self.stamp and self.stamp.whole in columns else []
-        values, complete = self._whole_columns([*columns, *rest])
+        with self.reading():
+            values, complete = self._whole_columns([*columns, *rest])
         if self.stamp and rest:
             parts = values.pop() / self.stamp.per_second
             values = [each + parts if k == self.stamp.whole else each for k, each in zip(columns, values)]
@@ -157,7 +162,8 @@ class Table:
 
     def texts(self, index: int) -> list[str]:
         """The values of a column as texts."""
-        cells = self._whole_texts(self.first_column + index)
+        with self.reading():
+            cells = self._whole_texts(self.first_column + index)
         if isinstance(self.rows, np.ndarray):
             return [cells[row] for row in self.rows]
         return cells if self.rows is None else cells[self.rows]
@@ -201,7 +207,8 @@ class Table:
 
     def digest(self) -> str:
         """SHA-256 of the file."""
-        return self.sha256 if self.lines is None else self.lines.digest()
+        with self.reading():
+            return self.sha256 if self.lines is None else self.lines.digest()
 
     @property
     def is_large(self) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..checks import within
+from ..checks import random_seed, within
 from ..errors import InputError
 from ..recording import Card, Recording
 from .bench_tests import NEEDLE_MODULUS, TISSUE_MODULUS, BendingTest, TensionTest, bend_needle, pull_tissue
@@ -186,13 +186,12 @@ def _two_passes(site: PhantomSite, depth: float, sensor: Sensor, clock: SpeedClo
 
 def streams(seed: int, key: tuple[int, ...], count: int) -> list[np.random.Generator]:
     """``count`` independent random streams for a seed and a key; streams of other keys do not affect them."""
-    children = np.random.SeedSequence(seed, spawn_key=key).spawn(count)
+    children = np.random.SeedSequence(random_seed(seed), spawn_key=key).spawn(count)
     return [np.random.Generator(np.random.PCG64(child)) for child in children]
 
 
 def _check(seed: int, sites: int, speeds: Sequence[float], depth: float) -> None:
-    if not isinstance(seed, int | np.integer) or seed < 0:
-        raise InputError("seed", repr(seed), "must be an integer, at least 0")
+    random_seed(seed)
     if not 1 <= sites < 1 << 16 or int(sites) != sites:
         raise InputError("sites", sites, "must be an integer from 1 to 65535")
     if not len(speeds) or not all(np.isfinite(speed) and 0.0 < speed <= 0.1 for speed in speeds):

@@ -10,7 +10,7 @@ import numpy as np
 
 from .. import core
 from ..checks import above_zero, not_below_zero
-from ..files import atomic_write
+from ..files import write_rows
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .experiment import streams
@@ -191,10 +191,7 @@ class RigInsertion:
 def write_steering(insertions: Sequence[RigInsertion], path: str | os.PathLike) -> None:
     """Write what was commanded and read as a table that ``nf.steering.read`` reads. Raises InputError if it cannot be
     written."""
-    with atomic_write(path) as file:
-        file.write(",".join(COLUMNS) + "\n")
-        for row in (row for each in insertions for row in each.rows):
-            file.write(",".join(value if isinstance(value, str) else f"{value:.6g}" for value in row.values()) + "\n")
+    write_rows(path, COLUMNS, [row for each in insertions for row in each.rows])
 
 
 def steering_insertion(

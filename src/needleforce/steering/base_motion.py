@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..checks import finite_array
+from ..checks import ROLL, TRAVEL, in_range
 from ..errors import InputError
-from ..files import atomic_write
+from ..files import write_rows
 from ..models.flexible_insertion import FlexibleInsertion
 from ..recording.formats.detect import tables_of
 from ..recording.roles import Vocabulary, assign_columns
-from ..recording.table import Table
 from .tip_paths import TipPath
 
 if TYPE_CHECKING:
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
 
 COLUMNS = ("depth_mm", "base_x_mm", "base_y_mm", "roll_deg")
 SPEED = 5e-3  # [m/s] of the push, where the axial law depends on it
+_CELLS = ((1e-3, TRAVEL), (1e-3, TRAVEL), (1e-3, TRAVEL), (np.pi / 180.0, ROLL))
 _MOVES = 3  # in each step: across at rest, along, and the share of the next motion that a reading sees
 
 AT_REST = 0.1  # [s] of a step across without travel: 100 mm at the largest speed that an insertion accepts by default
@@ -49,13 +49,12 @@ class BaseMotion:
 
     def __post_init__(self) -> None:
         n = len(self.depth)
-        if np.shape(self.lateral) != (n, 2) or np.shape(self.roll) != (n,):
-            shapes = f"{np.shape(self.depth)}, {np.shape(self.lateral)}, {np.shape(self.roll)}"
-            raise InputError(
-                "shapes of depth, lateral, roll", shapes, "must be (n,), (n, 2), (n,)", next_step="Give a row a step."
-            )
-        for quantity in ("depth", "lateral", "roll"):
-            finite_array(f"{quantity} of a base motion", getattr(self, quantity), "Leave the row out.")
+        shapes, step = tuple(map(np.shape, (self.depth, self.lateral, self.roll))), "Give a row a step, in m and rad."
+        if shapes != ((n,), (n, 2), (n,)):
+            limit = "must be (n,), (n, 2), (n,)"
+            raise InputError("shapes of depth, lateral, roll", str(shapes), limit, next_step=step)
+        for quantity, allowed in (("depth", TRAVEL), ("lateral", TRAVEL), ("roll", ROLL)):
+            in_range(f"{quantity} of a base motion", getattr(self, quantity), allowed, step)
 
     def __len__(self) -> int:
         return len(self.depth)
@@ -73,10 +72,7 @@ class BaseMotion:
 
     def write(self, path: str | os.PathLike) -> None:
         """Write the rows as CSV. Raises InputError if the file cannot be written."""
-        with atomic_write(path) as file:
-            file.write(",".join(COLUMNS) + "\n")
-            for row in self.rows():
-                file.write(",".join(f"{value:.6g}" for value in row.values()) + "\n")
+        write_rows(path, COLUMNS, self.rows())
 
     @classmethod
     def read(cls, path: str | os.PathLike) -> "BaseMotion":
@@ -86,22 +82,16 @@ class BaseMotion:
         if missing := [name for name in COLUMNS if name not in found]:
             step = f"Give the columns {', '.join(COLUMNS)}."
             raise InputError("columns", ", ".join(table.headers), f"{missing[0]} is missing", str(path), step)
-        series = [_numbers(table, name, found[name][0]) for name in COLUMNS]
-        depth, x, y, roll = (np.asarray(each) for each in series)
-        return cls(1e-3 * depth, 1e-3 * np.column_stack([x, y]), np.radians(roll))
+        cells = [
+            in_range(name, factor * table.numbers(found[name][0]), allowed, "Correct the cell.", place=table.place)
+            for name, (factor, allowed) in zip(COLUMNS, _CELLS)
+        ]
+        return cls(cells[0], np.column_stack(cells[1:3]), cells[3])
 
 
 _VOCABULARY = Vocabulary(
     dimensions=dict.fromkeys(COLUMNS, ""), recognised={"name": lambda header: header if header in COLUMNS else None}
 )
-
-
-def _numbers(table: Table, name: str, index: int) -> np.ndarray:
-    values = table.numbers(index)
-    if not np.all(np.isfinite(values)):
-        row = int(np.argmax(~np.isfinite(values)))
-        raise InputError(name, "empty or no number", "in one row", table.place(row), "Correct the cell.")
-    return values
 
 
 @dataclass(frozen=True)

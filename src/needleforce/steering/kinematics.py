@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import finite_number
+from ..checks import TRAVEL, Range, above_zero, in_range
 from ..errors import InputError
+
+_CURVATURE = Range(-1e5, 1e5, "1/m", "the radius is that of the thinnest needle")
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,7 @@ class Unicycle:
     Raises
     ------
     InputError
-        If the curvature is not finite.
+        If the curvature is out of its range.
 
     Notes
     -----
@@ -53,7 +55,7 @@ class Unicycle:
     ahead = 0.0  # distance of the tip ahead of the frame that turns [m]
 
     def __init__(self, curvature: float):
-        self.curvature = float(finite_number("curvature", curvature, "Give 0 1/m for a straight path."))
+        self.curvature = float(in_range("curvature", curvature, _CURVATURE, "Give 0 1/m for a straight path.", ()))
         self.reset()
 
     def reset(self) -> None:
@@ -144,10 +146,10 @@ class Bicycle(Unicycle):
     """
 
     def __init__(self, wheel_angle: float, wheelbase: float, ahead: float):
-        if not wheelbase > 0.0:
-            raise InputError("wheelbase", f"{wheelbase} m", "must be above 0 m", next_step="Give l_1 in m.")
+        above_zero("wheelbase", wheelbase, "m", "Give l_1 in m.")
         if not abs(wheel_angle) < 0.5 * math.pi:
             raise InputError("wheel_angle", f"{wheel_angle} rad", "must be below pi/2", next_step="Give phi in rad.")
+        in_range("ahead", ahead, TRAVEL, "Give l_2 in m.", ())
         super().__init__(math.tan(wheel_angle) / wheelbase)
         self.ahead = float(ahead)
 

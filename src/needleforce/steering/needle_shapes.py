@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..checks import finite_array
+from ..checks import TRAVEL, in_range
 from ..errors import InputError
 from ..recording.formats.detect import tables_of
 from ..recording.roles import Column, Vocabulary, assign_columns
@@ -54,7 +54,8 @@ class NeedleShape:
         if points.ndim != 2 or points.shape[1] != 3 or len(points) < _FEWEST:
             limit = f"must have {_FEWEST} rows at least, of x, y and z"
             raise InputError(quantity, f"an array of shape {points.shape}", limit, next_step="Give all points.")
-        finite_array(quantity, points, "Leave the others out.")
+        in_range(quantity, points, TRAVEL, "Leave the others out.")
+        in_range(f"depth of shape {self.name}", self.depth, TRAVEL, "Give it in m.", ())
         if np.any(np.diff(points[:, 2]) < 0.0):
             step = "Order them from the surface to the tip."
             raise InputError(f"z of the {quantity}", "it decreases", "must go inwards", next_step=step)
@@ -119,12 +120,8 @@ _VOCABULARY = Vocabulary(dimensions=dict.fromkeys((*_WANTED, "label"), ""), reco
 
 
 def _lengths(table: Table, source: Column, unit: str | None) -> np.ndarray:
-    values = table.numbers(source.index)
-    found = lengths(values, source, table, unit)
-    if not np.all(np.isfinite(values)):
-        row = int(np.argmax(~np.isfinite(values)))
-        raise InputError(source.header, "empty or no number", "in one row", table.place(row), "Leave the row out.")
-    return found
+    found = lengths(table.numbers(source.index), source, table, unit)
+    return in_range(source.header, found, TRAVEL, "Check the unit, or leave the row out.", place=table.place)
 
 
 def _shape(key: tuple, series: dict[str, np.ndarray], keys: list[tuple], file: str) -> NeedleShape:

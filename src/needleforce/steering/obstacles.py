@@ -6,8 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..checks import above_zero, three_numbers
+from ..checks import PLACE, above_zero, in_range
 from ..errors import InputError
+
+_METRES = "Give x, y, z and radius in m."
+_CORNERS = ("low", "high")
 
 
 @dataclass(frozen=True)
@@ -31,8 +34,9 @@ class Sphere:
     radius: float
 
     def __post_init__(self) -> None:
-        three_numbers("center of a sphere", self.center)
+        in_range("center of a sphere", self.center, PLACE, _METRES, (3,))
         above_zero("radius of a sphere", self.radius, "m")
+        in_range("radius of a sphere", self.radius, PLACE, _METRES, ())
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Signed distance of points (n, 3) from its surface, negative inside, (n,) [m]."""
@@ -58,7 +62,7 @@ class Box:
     high: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        low, high = three_numbers("low corner of a box", self.low), three_numbers("high corner of a box", self.high)
+        low, high = (in_range(f"{end} corner of a box", getattr(self, end), PLACE, _METRES, (3,)) for end in _CORNERS)
         if not np.all(low < high):
             limit = "must be below the high corner along each axis"
             raise InputError("low corner of a box", str(tuple(self.low)), limit, next_step="Exchange the values.")

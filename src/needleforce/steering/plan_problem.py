@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from ..checks import TRAVEL, in_range
 from ..errors import InputError
 from ..models.model import Model
 from .base_motion import BaseMotion, Replays
@@ -70,6 +71,7 @@ class SteeringLimits:
             value, low = getattr(self, quantity), "above 0" if quantity in loads else "at least 0"
             if not (value > 0.0 or (value == 0.0 and low == "at least 0")):
                 raise InputError(quantity, value, f"must be {low}", next_step="Give it in SI units.")
+        in_range("max_lateral", self.max_lateral, TRAVEL, "Give it in m.", ())
         if not (self.rolls or self.moves):
             step = "Allow max_lateral above 0, or rolls=True."
             raise InputError("limits", "no motion", "a needle is steered by one", next_step=step)
@@ -204,13 +206,13 @@ class PlanProblem:
 
     def faults(self, motion: BaseMotion, simulated: SimulatedPath, miss: float, distance: float) -> Iterator[str]:
         """What keeps a motion, which misses the target and passes obstacles by distances [m], from being executed."""
-        if miss > TOLERANCE:
+        if not miss <= TOLERANCE:
             yield f"the target is out of reach by {1e3 * miss:.2f} mm"
-        if distance < self.clearance:
+        if not distance >= self.clearance:
             clearance = f"the clearance of {1e3 * self.clearance:.2f} mm"
             yield f"an obstacle is {1e3 * distance:.2f} mm away, less than {clearance}"
         for load in loads_of(simulated, self.limits):
-            if load.sizes.max() > load.limit * (1.0 + OVER_LIMIT):
+            if not load.sizes.max() <= load.limit * (1.0 + OVER_LIMIT):
                 row = int(np.argmax(load.sizes))
                 size = f"{load.name} is {load.sizes[row]:.3g} {load.unit}"
                 depth = f"{1e3 * motion.depth[row]:.1f} mm"

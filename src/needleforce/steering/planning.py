@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import above_zero, not_below_zero, three_numbers
+from ..checks import TRAVEL, above_zero, in_range, not_below_zero
 from ..display.markup import listing, table
 from ..display.result import Result
 from ..errors import InputError
@@ -322,7 +322,7 @@ def _planned(problem: PlanProblem, before: BaseMotion | None, progress: Callable
 
 
 def _target(target: ArrayLike) -> np.ndarray:
-    aim = three_numbers("target", target, "Give x, y, z in m from the point of entry.")
+    aim = in_range("target", target, TRAVEL, "Give three numbers, x, y, z in m from the entry.", (3,))
     if not aim[2] > 0.0:
         limit = "must be below the surface"
         raise InputError("depth of the target", f"{1e3 * aim[2]:g} mm", limit, next_step="z is positive inwards.")
@@ -333,7 +333,7 @@ def _check(
     model: SteeringModel, target: np.ndarray, obstacles: Sequence[Obstacle], clearance: float, step: float
 ) -> None:
     above_zero("step", step, "m")
-    if target[2] / step > MAX_ROWS:
+    if not target[2] <= MAX_ROWS * step:
         limit = f"must give at most {MAX_ROWS} steps to the target"
         raise InputError("step", f"{1e3 * step:g} mm", limit, next_step="Give longer steps.")
     reach = model.needle.length - model.values.get("guide_distance", 0.0)

@@ -94,6 +94,7 @@ class SteeringResult(Result):
             "model": self.model.form,
             "parameters": [asdict(each) for each in self.parameters],
             "trade_offs": [list(each) for each in self.trade_offs],
+            "remarks": self.remarks(),
             "insertions": [{"name": name, **fields} for name, fields in self.by_insertion().items()],
         }
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..display.result import Result
 from ..errors import InputError
-from ..files import atomic_write
+from ..files import write_rows
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .base_motion import COLUMNS as BASE_COLUMNS
@@ -73,11 +73,7 @@ class SteeredRun(Result):
 
     def write(self, path: str | os.PathLike) -> None:
         """Write a row a step as CSV. Raises InputError if the file cannot be written."""
-        with atomic_write(path) as file:
-            file.write(",".join(COLUMNS) + "\n")
-            for row in self.rows():
-                *numbers, status = row.values()
-                file.write(",".join([*(f"{value:.6g}" for value in numbers), str(status)]) + "\n")
+        write_rows(path, COLUMNS, self.rows())
 
     def _heading(self) -> str:
         end = ", ".join(f"{1e3 * value:.2f}" for value in self.tip[-1])
@@ -152,7 +148,7 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
     if not len(motion) or np.any(np.diff(motion.depth) < 0.0):
         limit, step = "must have rows and not decrease", "For a withdrawal, call run of a FlexibleInsertion."
         raise InputError("depth of the base motion", f"{len(motion)} rows", limit, next_step=step)
-    flex = model if isinstance(model, FlexibleInsertion) else steered.insertion(axial, small_slopes=True)
+    flex = model if isinstance(model, FlexibleInsertion) else steered.insertion(axial)
     flex.reset()
     depth = np.maximum.accumulate(np.maximum(motion.depth - steered.values.get("surface", 0.0), 0.0))
     path = TipPath("run", motion.lateral, np.column_stack([0.0 * motion.lateral, depth]), None, roll=motion.roll)
@@ -168,7 +164,7 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
         wrench=rows["wrench"],
         shapes=tuple(_moved(shape, depth, added) for shape in shapes),
         layers=tuple(float(layer.top) for layer in flex.lateral),
-        lost=rows["status"] != 0,
+        lost=(rows["status"] != 0) | ~np.isfinite(np.column_stack([rows["tip"], rows["wrench"]])).all(axis=1),
     )
 
 

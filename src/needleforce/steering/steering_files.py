@@ -1,25 +1,26 @@
 # SPDX-License-Identifier: Apache-2.0
 """An identified steered needle as a TOML file: parameters, covariance, and the insertions that predictions weigh."""
 
+import json
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
-from ..checks import finite_array
-from ..errors import InputError
+from ..checks import Range, in_range
+from ..errors import InputError, did_you_mean
 from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ..preset_files.build import make_needle, needle_lines
 from ..preset_files.schema import NeedleSection
 from .steering_model import SteeringModel, identified_model
-from .steering_parameters import ALIGNED, MODELS, SHAPE_MODELS, WRENCH_MODELS, Parameter
-from .tip_paths import TipPath
+from .steering_parameters import ALIGNED, MODELS, SHAPE_MODELS, WRENCH_MODELS
+from .tip_paths import RANGES, TipPath
 
 _KNOWN = {p.name: p for models in (MODELS, WRENCH_MODELS, SHAPE_MODELS) for group in models.values() for p in group}
 # of how the needle is held, and of the tracker
 _OPTIONAL = {"guide_distance", "rotational_compliance", "pivot_stiffness", "lever", *ALIGNED}
+_COVARIANCE = Range(-100.0, 100.0, "", "an error is not ten times what was known before")
 _NEXT = "Give a file that fit.save or needleforce steer identify --save wrote."
 
 
@@ -53,7 +54,7 @@ def save(model: SteeringModel, path: str | os.PathLike) -> None:
     names = [parameter.name for parameter in model.predictor.parameters]
     head = [
         f'steering = "{model.form}"',
-        f"identified = {_texts(names)}",
+        f"identified = {json.dumps(names)}",
         f"covariance = {_rows(model.predictor.covariance)}",
     ]
     values = ["[values]", *(f"{name} = {float(value)!r}" for name, value in model.values.items())]
@@ -90,12 +91,14 @@ def load(path: str | os.PathLike) -> SteeringModel:
 
 
 def _model(found: SteeringFile) -> SteeringModel:
-    parameters = tuple(_parameter(name, found.values) for name in found.identified)
+    _check_values(found)
+    parameters = tuple(_KNOWN[name] for name in found.identified)
     needle = make_needle(found.needle)
     assert needle is not None
-    covariance = finite_array("covariance", found.covariance, _NEXT, (len(parameters), len(parameters)))
+    shape = (len(parameters), len(parameters))
+    covariance = in_range("covariance", found.covariance, _COVARIANCE, _NEXT, shape)
     _check(found, covariance)
-    insertions = tuple(_tip_path(each) for each in found.insertions)
+    insertions = tuple(_tip_path(each, f"$.insertions[{k}], {each.name}") for k, each in enumerate(found.insertions))
     values = ALIGNED | found.values
     return identified_model(
         found.steering, needle, values, parameters=parameters, covariance=covariance, insertions=insertions
@@ -119,44 +122,43 @@ def _check(found: SteeringFile, covariance: np.ndarray) -> None:
         raise InputError("covariance", "not one of errors", limit, "$.covariance", _NEXT)
 
 
-def _parameter(name: str, values: dict[str, float]) -> Parameter:
-    if name not in _KNOWN or name not in values:
-        limit = "not a parameter" if name not in _KNOWN else "has no value"
-        raise InputError("identified", name, limit, "$.identified", _NEXT)
-    parameter, value = _KNOWN[name], values[name]
-    if not parameter.low <= value <= parameter.high:
-        limit = f"outside {parameter.low:g} to {parameter.high:g} {parameter.unit}"
-        raise InputError(name, f"{value:g} {parameter.unit}", limit, "$.values", "Correct the value.")
-    return parameter
+def _check_values(found: SteeringFile) -> None:
+    """Raises InputError for an unknown parameter, one named twice, or a value outside its range."""
+    for k, name in enumerate(found.identified):
+        if name not in found.values or name in found.identified[:k]:
+            limit = "named twice" if name in found.values else "has no value"
+            raise InputError("identified", name, limit, f"$.identified[{k}]", _NEXT)
+    for name, value in found.values.items():
+        if name not in _KNOWN:
+            raise InputError("parameter", name, "unknown", "$.values", f"{did_you_mean(name, _KNOWN)}{_NEXT}")
+        known = _KNOWN[name]
+        allowed = Range(known.low, known.high, known.unit, known.meaning)
+        in_range(name, value, allowed, "Correct the value.", (), place=lambda _: "$.values")
 
 
-def _tip_path(rows: InsertionRows) -> TipPath:
+def _tip_path(rows: InsertionRows, place: str) -> TipPath:
     n = len(rows.roll)
-    place = f"insertion {rows.name}"
-    slope = finite_array(f"slope of {place}", rows.slope, _NEXT, (n, 2)) if rows.slope else None
-    base = finite_array(f"base of {place}", rows.base, _NEXT, (n, 2))
-    tip = finite_array(f"tip of {place}", rows.tip, _NEXT, (n, 3))
-    return TipPath(
-        rows.name, base, tip, slope, rows.start, roll=finite_array(f"roll of {place}", rows.roll, _NEXT, (n,))
-    )
+    shapes = {"base": (n, 2), "tip": (n, 3), "slope": (n, 2), "roll": (n,)}
+    try:
+        if not n:
+            raise InputError("rows", 0, "an insertion has some", next_step=_NEXT)
+        columns = {
+            name: in_range(name, getattr(rows, name), RANGES[name], _NEXT, shape) if getattr(rows, name) else None
+            for name, shape in shapes.items()
+        }
+        return TipPath(rows.name, start=rows.start, **columns)
+    except InputError as error:
+        raise error.at(place) from None
 
 
 def _insertion(path: TipPath) -> list[str]:
     rows = path.compared
     lines = [
-        "[[insertions]]", f"name = {_texts([path.name])[1:-1]}", f"start = {float(path.start)!r}",
-        f"base = {_rows(path.base[rows])}", f"tip = {_rows(path.tip[rows])}", f"roll = {_row(path.roll[rows])}",
+        "[[insertions]]", f"name = {json.dumps(path.name, ensure_ascii=False)}", f"start = {float(path.start)!r}",
+        f"base = {_rows(path.base[rows])}", f"tip = {_rows(path.tip[rows])}", f"roll = {_rows(path.roll[rows])}",
     ]  # fmt: skip
     return lines if path.slope is None else [*lines, f"slope = {_rows(path.slope[rows])}"]
 
 
 def _rows(values: np.ndarray) -> str:
-    return "[" + ", ".join(_row(row) for row in values) + "]"
-
-
-def _row(values: np.ndarray) -> str:
-    return "[" + ", ".join(repr(float(value)) for value in values) + "]"
-
-
-def _texts(texts: Sequence[str]) -> str:
-    return msgspec.json.encode(list(texts)).decode()
+    return json.dumps(np.asarray(values, dtype=float).tolist())

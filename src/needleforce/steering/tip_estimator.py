@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import core
-from ..checks import three_numbers
+from ..checks import PLACE, in_range
 from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
@@ -103,7 +103,10 @@ class TipEstimator:
             raise InputError("modes", modes, f"must be a whole number from 0 to {MAX_MODES}", next_step="Give 4.")
         if isinstance(model, FlexibleInsertion) and model.planar:
             raise InputError("model", "planar", "must be in space", next_step="Give planar=False to FlexibleInsertion.")
-        self.model, self.entry = steering_model(model, axial), three_numbers("entry", entry)
+        self.model, self.entry = (
+            steering_model(model, axial),
+            in_range("entry", entry, PLACE, "Give x, y, z in m.", (3,)),
+        )
         given = not self.model.identified
         if given and options:
             step = "Give them to FlexibleInsertion."

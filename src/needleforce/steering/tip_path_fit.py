@@ -84,16 +84,17 @@ class SteeringFit(SteeringResult):
 
     def remarks(self) -> list[str]:
         """What a reader should know of the intervals, and how well simple models predict."""
+        doubts = [f"{path.name}: {doubt}" for path in self.model.predictor.insertions for doubt in path.doubts]
         compared = self.compared
         if not compared:
-            return super().remarks()
+            return [*doubts, *super().remarks()]
         weight = self.model.predictor.weight
         best = min(SIMPLE, key=lambda by: compared[by])
         sizes = ", ".join(f"{by} {1e3 * error:.2f}" for by, error in compared.items())
         line = f"error of left-out insertions in mm: {sizes}; the mechanics have a weight of {weight:.0%}"
         if compared[best] <= compared["prediction"]:
             line += f". The {best} predicts them as well: take predict(path, by='{best}')"
-        return [*super().remarks(), line]
+        return [*doubts, *super().remarks(), line]
 
 
 def identify_paths(

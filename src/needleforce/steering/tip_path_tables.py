@@ -7,7 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ..checks import PLACE, ROLL, SLOPE, TRAVEL, Range, in_range
 from ..errors import InputError
+from ..recording.force_signal import outliers
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
 from ..recording.quantities import split
@@ -17,8 +19,13 @@ from ..units import parse
 from .tip_paths import TipPath
 
 AXES = ("x", "y", "z")
+_TIP = tuple(f"tip_{axis}" for axis in AXES)
 _QUATERNION = ("tip_qw", "tip_qx", "tip_qy", "tip_qz")
 _FAR_FROM_UNIT = 0.1  # of a quaternion: more is no rounding
+_PART = Range(-1.0 - _FAR_FROM_UNIT, 1.0 + _FAR_FROM_UNIT, "", "of a rotation")
+_FEWEST = 8  # rows among which a spike is found
+_QUANTUM = 2.0 * 0.6745 * 0.5e-3  # [m] whose half is the median size of the noise of a bad tracker
+_CORRECT = "Check the unit, or leave the row out."
 _LABELS = ("file", "insertion", "trial", "run")
 _WANTED = "tip_x, tip_y, tip_z, and base_x, base_y, base_z without the one along the insertion"
 
@@ -131,14 +138,25 @@ def _series(table: Table, source: Column, unit: str | None) -> np.ndarray:
         row = int(np.argmax(bad))
         limit = "not a number in each row"
         raise InputError(source.header, f"{values[row]:g}", limit, table.place(row), "Leave the row out.")
-    name = split_header(source.header)[0]
-    if "_q" in name:
+    quantity = source.quantity
+    if "_q" in quantity:
+        found, allowed = values, _PART
+    elif "slope" in quantity:
+        found, allowed = _slope(values, source, table), SLOPE
+    elif quantity == "roll":
+        found, allowed = _angle(values, source, table), ROLL
+    else:
+        found, allowed = lengths(values, source, table, unit), TRAVEL if quantity == "depth" else PLACE
+    # spikes of a tip are sought before its range
+    return found if quantity in _TIP else in_range(source.header, found, allowed, _CORRECT, place=table.place)
+
+
+def _slope(values: np.ndarray, source: Column, table: Table) -> np.ndarray:
+    """Slopes, as the table has them or of its angles."""
+    if source.unit in ("", "1", "-"):
         return values
-    if "slope" in name:  # an angle, or the slope itself
-        return np.tan(_angle(values, source, table)) if source.unit not in ("", "1", "-") else values
-    if name.endswith("roll"):
-        return _angle(values, source, table)
-    return lengths(values, source, table, unit)
+    angle = _angle(values, source, table)
+    return np.where(np.abs(angle) < 0.5 * np.pi, np.tan(angle), np.inf)
 
 
 def lengths(values: np.ndarray, source: Column, table: Table, unit: str | None) -> np.ndarray:
@@ -155,12 +173,16 @@ def _angle(values: np.ndarray, source: Column, table: Table) -> np.ndarray:
     if not source.unit:
         step = "Name the column with its unit, such as roll_deg or roll_rad."
         raise InputError(source.header, "no unit", "a unit is needed", str(table.path), step)
-    return parse(source.unit, "angle", source.header, str(table.path)).to_si(values)
+    with np.errstate(over="ignore"):  # out of range, as which it is refused
+        return parse(source.unit, "angle", source.header, str(table.path)).to_si(values)
 
 
 def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: Table) -> TipPath:
     place = f"{table.path}, {name}"
     one = {key: values[rows] for key, values in series.items()}
+    doubts = _without_spikes(one)
+    for key in _TIP:
+        in_range(f"{key} of {name}", one[key], PLACE, _CORRECT, place=lambda row: table.place(int(rows[row])))
     along = _along(one)
     across = [axis for axis in AXES if axis != along]
     sign = _direction(one[f"tip_{along}"], place)
@@ -168,13 +190,50 @@ def _path(name: str, series: dict[str, np.ndarray], rows: np.ndarray, table: Tab
     tip = np.column_stack([*(one[f"tip_{axis}"] for axis in across), sign * one[f"tip_{along}"]])
     slope = _slopes(one, across, along, sign)
     n = _tracked(tip, base)
-    notes = [f"insertion along {'+' if sign > 0 else '-'}{along}"]
+    notes = [f"insertion along {'+' if sign > 0 else '-'}{along}", *doubts]
     if n < len(rows):
         notes.append(f"the last {len(rows) - n} rows are left out: the tip is the same to the last digit")
     start = tip[0, 2] - (one["depth"][0] if "depth" in one else 0.0)
     roll = one["roll"][:n] * _handedness(across, along, sign) if "roll" in one else np.zeros(n)
     slope = None if slope is None else slope[:n]
-    return TipPath(name, base[:n], tip[:n], slope, float(start), note="; ".join(notes), roll=roll)
+    try:
+        return TipPath(name, base[:n], tip[:n], slope, float(start), note="; ".join(notes), roll=roll)
+    except InputError as error:
+        raise error.at(str(table.path)) from None
+
+
+def _without_spikes(series: dict[str, np.ndarray]) -> list[str]:
+    """Put what lies between its neighbours in place of a tip that is far from them, and say so."""
+    tip = np.column_stack([series[key] for key in _TIP])
+    found = spikes(tip)
+    others = np.setdiff1d(np.arange(len(tip)), found)
+    for key in _TIP if len(found) else ():
+        series[key] = np.interp(np.arange(len(tip)), others, series[key][others])
+    off = np.abs(np.column_stack([series[key] for key in _TIP]) - tip).max(axis=1)
+    between = "what lies between its neighbours is taken"
+    return [f"in row {k + 1} the tip is a spike, {1e3 * off[k]:.4g} mm away: {between}" for k in found]
+
+
+def spikes(tip: np.ndarray) -> np.ndarray:
+    """The rows in which tips (n, 3) [m] are far from those before and after, which agree: outliers as those of a force,
+    after the usual step from row to row is taken off, with a tracker's noise. Along the insertion a longer or shorter
+    step is no spike. Needs eight rows."""
+    count = len(tip)
+    if count < _FEWEST:
+        return np.empty(0, int)
+    found = set[int]()
+    for values in np.clip(tip, 10.0 * PLACE.low, 10.0 * PLACE.high).T:
+        steps, ahead = np.diff(values), max(10 - count // 2, 0)
+        level = np.pad(values - np.median(steps) * np.arange(count), ahead, mode="reflect")
+        rows = [k - ahead for k in outliers(level, _QUANTUM).tolist() if ahead <= k < ahead + count]
+        found.update(k for k in rows if _is_beyond(values, k, float(np.median(np.abs(steps)))))
+    return np.array(sorted(found), int)
+
+
+def _is_beyond(values: np.ndarray, row: int, step: float) -> bool:
+    """Whether a value is more than a step outside those of two rows before and after."""
+    near = np.append(values[max(row - 2, 0) : row], values[row + 1 : row + 3])
+    return not near.min() - step <= values[row] <= near.max() + step
 
 
 def _handedness(across: list[str], along: str, sign: float) -> float:
@@ -214,14 +273,10 @@ def _slopes(series: dict[str, np.ndarray], across: list[str], along: str, sign: 
         limit, step = "must be 1, as of a rotation", "Leave rows without an orientation out, or its four columns."
         value = f"{size[row]:.3g} in row {row + 1} of an insertion"
         raise InputError("norm of tip_qw to tip_qz", value, limit, next_step=step)
-    w, x, y, z = (series[name] / size for name in _QUATERNION)
-    axes = np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z), 2 * (x * z - w * y)], axis=1),
-            np.stack([2 * (x * y - w * z), 1 - 2 * (x * x + z * z), 2 * (y * z + w * x)], axis=1),
-            np.stack([2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)], axis=1),
-        ]
-    )[:, :, [AXES.index(axis) for axis in (*across, along)]]
+    from scipy.spatial.transform import Rotation
+
+    turns = Rotation.from_quat(np.column_stack([series[name] for name in _QUATERNION]), scalar_first=True)
+    axes = turns.as_matrix().transpose(2, 0, 1)[:, :, [AXES.index(axis) for axis in (*across, along)]]
     needle = axes[int(np.argmax(np.abs(axes[:, :, 2]).mean(axis=1)))]
     inwards = sign * needle[:, 2]
     return needle[:, :2] / inwards[:, None]

@@ -5,10 +5,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..checks import finite_array
+from ..checks import PLACE, ROLL, SLOPE, TRAVEL, in_range
+
+RANGES = {"base": PLACE, "tip": PLACE, "start": PLACE, "slope": SLOPE, "roll": ROLL}
 
 ENTRY = 6e-3  # [m] of travel that count as the entry
 MAX_COMPARED = 60  # rows of an insertion that a fit compares
+_STEP = "Check units and cells: give a row a step, and leave out rows without a reading."
 TIP_COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm")  # of tables of steps
 
 
@@ -30,7 +33,7 @@ class TipPath:
         Where depth counts from, along the insertion in the tip's frame [m]: the tip in the first row less the depth
         that the table states there.
     note : str
-        How the frame was found, and which rows were left out.
+        How the frame was found, then each doubt after a semicolon.
     roll : ndarray, shape (n,)
         Rotation of the needle about its axis [rad], not wrapped; 0 if none is given.
     """
@@ -47,15 +50,22 @@ class TipPath:
         if self.roll is None:
             object.__setattr__(self, "roll", np.zeros(len(self.base)))
         n = len(self.base)
-        for quantity, shape in (("base", (n, 2)), ("tip", (n, 3)), ("slope", (n, 2)), ("roll", (n,))):
-            values = getattr(self, quantity)
-            if values is None:
-                continue
-            step = "Give a row a step, and leave out rows without a reading."
-            finite_array(f"{quantity} of {self.name}", values, step, shape)
+        shapes = {"base": (n, 2), "tip": (n, 3), "slope": (n, 2), "roll": (n,), "start": ()}
+        for quantity, shape in shapes.items():
+            if (values := getattr(self, quantity)) is not None:
+                in_range(f"{quantity} of {self.name}", values, RANGES[quantity], _STEP, shape)
+        for quantity in ("base", "tip") if n else ():
+            values = np.asarray(getattr(self, quantity), dtype=float)
+            in_range(f"{quantity} of {self.name} from its first row", values - values[0], TRAVEL, _STEP)
+        in_range(f"depth of {self.name}", self.depth, TRAVEL, _STEP)
 
     def __len__(self) -> int:
         return len(self.base)
+
+    @property
+    def doubts(self) -> list[str]:
+        """Which rows were left out or are not as they were read."""
+        return self.note.split("; ")[1:]
 
     @property
     def depth(self) -> np.ndarray:

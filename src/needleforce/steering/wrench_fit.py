@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .. import core
-from ..checks import finite_array, one_of
+from ..checks import FORCE, PLACE, ROLL, TRAVEL, in_range, one_of
 from ..errors import InputError
 from ..recording import Recording
 from .path_simulation import simulated_path
@@ -51,8 +51,9 @@ class BaseWrench:
     def __post_init__(self) -> None:
         n = len(self.depth)
         step = "Give a row a step, and leave out rows without a reading."
-        for quantity, shape in (("depth", None), ("base", (n, 2)), ("roll", (n,)), ("lateral", (n, 4))):
-            finite_array(f"{quantity} of {self.name}", getattr(self, quantity), step, shape)
+        shapes = {"depth": ((n,), TRAVEL), "base": ((n, 2), PLACE), "roll": ((n,), ROLL), "lateral": ((n, 4), FORCE)}
+        for quantity, (shape, allowed) in shapes.items():
+            in_range(f"{quantity} of {self.name}", getattr(self, quantity), allowed, step, shape)
 
     def __len__(self) -> int:
         return len(self.depth)

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..checks import above_zero, finite_array
+from ..checks import FORCE, Range, above_zero, in_range
 from ..errors import InputError
 
 _NO_TURN = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN = (0.0, 0.0, 0.0)
+_ON_ROBOT = Range(-10.0, 10.0, "m", "no robot holds a needle farther away")
+_PART = Range(-1.001, 1.001, "", "of a unit vector")
 _MIN_COSINE = 0.5  # cosine of the angle between the sensor's z and the insertion
 
 
@@ -58,8 +60,9 @@ class WrenchSensor:
     moment_noise: float = 2e-4
 
     def __post_init__(self) -> None:
-        for quantity, shape in (("position", (3,)), ("axes", (3, 3)), ("weight", (3,)), ("center", (3,))):
-            finite_array(f"{quantity} of the sensor", getattr(self, quantity), "Give SI units.", shape)
+        for quantity, allowed in (("position", _ON_ROBOT), ("axes", _PART), ("weight", FORCE), ("center", _ON_ROBOT)):
+            shape = (3, 3) if quantity == "axes" else (3,)
+            in_range(f"{quantity} of the sensor", getattr(self, quantity), allowed, "Give SI units.", shape)
         axes = np.asarray(self.axes, dtype=float)
         if not np.allclose(axes @ axes.T, np.eye(3), atol=1e-6):
             limit = "must be perpendicular unit vectors"

@@ -3,6 +3,7 @@
 maker's XML file."""
 
 import csv
+import math
 import os
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from ...errors import InputError
 from ...files import decode_toml, read_bytes, xml_root
+from ...recording.formats.rows import number_of
 from ...units import size
 from ...wire.net_ft import AXES, SATURATED
 
@@ -156,7 +158,7 @@ def _of_csv(text: bytes) -> Calibration:
         axis, unit, numbers = row[0], "".join(row[1:2]), row[2:]
         if axis.casefold() in found or axis.casefold() not in (*AXES, "bias") or len(numbers) != GAUGES:
             raise _fault("row", repr(axis), f"{', '.join(AXES)} once each, with six numbers")
-        found[axis.casefold()] = unit, [float(number) for number in numbers]
+        found[axis.casefold()] = unit, [_number(number, axis) for number in numbers]
     bias_unit, bias = found.pop("bias", ("V", [0.0] * GAUGES))
     if bias_unit != "V" or len(found) != GAUGES:
         missing = (
@@ -243,7 +245,6 @@ def _unit(about: Element, key: str, dimension: str) -> float:
 
 
 def _number(text: str, tag: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise _fault(f"<{tag}>", repr(text[:40]), "a number is needed") from None
+    if math.isnan(number := number_of(text.strip(), ".")):
+        raise _fault(f"<{tag}>", repr(text[:40]), "a number is needed")
+    return number

@@ -33,6 +33,7 @@ _KERNEL_BYTES_PER_PACKET = 2304  # of the receive buffer, for a small packet on 
 _MIN_STALE_RECORDS = 10  # consecutive records with the same reading of the sensor, from which they count as stale
 _SECOND = 1_000_000_000  # [ns]
 _PAGE_TIMEOUT_S = 3.0
+_PAGE_INTERVAL_S = 1.0  # between two looks at the page during a run
 _ADVICE = "Give its address or a saved copy with --sensor-page."
 
 
@@ -47,6 +48,8 @@ class SensorClient:
         UDP port.
     configuration : SensorConfiguration
         Counts per newton, rate and ratings of the sensor; see ``read_configuration``.
+    page : str
+        URL or file of the configuration page, to be read every second while readings arrive; default: it is not read.
 
     Attributes
     ----------
@@ -57,6 +60,8 @@ class SensorClient:
         the kernel dropped because its buffer was full.
     buffer : float
         Time for which the kernel's buffer holds unread readings [s]; known once started.
+    changed : str
+        In words, that the page has another configuration now; empty otherwise. A page that does not answer is none.
 
     Raises
     ------
@@ -64,7 +69,7 @@ class SensorClient:
         If the configuration is missing, or the host is unknown or not reachable.
     """
 
-    def __init__(self, host: str, port: int = PORT, configuration: SensorConfiguration | None = None):
+    def __init__(self, host: str, port: int = PORT, configuration: SensorConfiguration | None = None, page: str = ""):
         if configuration is None:
             limit, advice = "it is needed to convert counts to newtons", "Give read_configuration(host)."
             raise InputError("configuration of the sensor", "none", limit, next_step=advice)
@@ -75,7 +80,8 @@ class SensorClient:
         self._address, self._own_address = _route_to(host, port)
         self._socket: socket.socket | None = None
         self._stamped: StampedSocket | None = None
-        self.buffer = 0.0
+        self.buffer, self.changed = 0.0, ""
+        self._page, self._stopped = page, threading.Event()
 
     @property
     def restart(self) -> int:
@@ -92,6 +98,9 @@ class SensorClient:
         ask_for_drops(self._socket)
         self.buffer = _enlarged_buffer(self._socket) / _KERNEL_BYTES_PER_PACKET / self.clock_rate
         self._send(Command.START)
+        if self._page:
+            self._stopped = threading.Event()
+            threading.Thread(target=self._watch_page, args=(self._stopped,), daemon=True).start()
 
     def receive(self, timeout: float) -> list[ForceSample]:
         """The samples received; waits at most ``timeout`` [s] for the first one."""
@@ -110,11 +119,21 @@ class SensorClient:
 
     def stop(self) -> None:
         """End the stream and close the socket."""
+        self._stopped.set()
         if self._socket:
             with contextlib.suppress(InputError):
                 self._send(Command.STOP)
             self._socket.close()
             self._socket = None
+
+    def _watch_page(self, stopped: threading.Event) -> None:
+        """Compare the page with the configuration until the stream is stopped."""
+        while not (stopped.wait(_PAGE_INTERVAL_S) or self.changed):
+            with contextlib.suppress(InputError):
+                if (now := read_configuration("", self._page)) != self.configuration:
+                    both = ((name, vars(self.configuration)[name], new) for name, new in vars(now).items())
+                    values = ", ".join(f"{name} {old} is now {new}" for name, old, new in both if old != new)
+                    self.changed = f"its page changed: {values}"
 
     def _send(self, command: Command) -> None:
         try:

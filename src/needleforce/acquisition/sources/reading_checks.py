@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Whether readings are complete and new: a 32-bit counter unwrapped, with counts of lost, duplicated and late records;
-and readings with fresh counters that are still no measurement of the present force, frozen ones and late ones."""
+and readings with fresh counters that are still no measurement of the present force: frozen, late, or of another scale.
+"""
 
 import math
 from collections import deque
 from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple
+
+import numpy as np
 
 from .source import ForceSample
 
@@ -19,6 +22,13 @@ _DEPTHS = (1, 8)  # a sensor may freeze; a fault of a buffer may repeat a few re
 _FALSE_ALARMS = 1e-12  # probability that a working sensor repeats as many readings by chance
 _DEVIATIONS = 3.0  # of the share of changes that is learned from a finite number of readings
 _MIN_SHARE = 0.01  # of readings that change, below which nothing follows from the noise
+_QUIET = 0.25  # of the variance of the noise at rest, below which a sensor has lost its scale
+_MIN_QUANTA = 0.5  # standard deviations of a quantum, below which its noise depends on where between two counts it is
+_BLOCK = 20  # readings whose mean shows a jump of the scale
+_MAX_SCALE = 0.8  # after a jump, of that before
+_FEWEST_AXES = 3  # whose bias must have changed by the same factor
+_CLEAR, _WITHIN = 10.0, 5.0  # standard errors of a change that is seen, and of one that is not
+_SAME = 0.05  # of the change: difference of the factors that the growth of the force meanwhile explains
 _BUCKET_S, _BUCKETS = 1.0, 20  # over which the smallest delay is remembered: a clock may be wrong by 1 %
 
 
@@ -185,6 +195,84 @@ def frozen_checks(column: int) -> list[FrozenCheck]:
     """Checks of the whole reading and of its axial force, the value at ``column``; the last one is of that alone."""
     parts = [lambda wrench: wrench, lambda wrench: wrench[column]]
     return [FrozenCheck(part, depth) for depth in reversed(_DEPTHS) for part in parts]
+
+
+class QuietCheck:
+    """Whether the noise of the axial force has fallen to less than half: a sensor that loses its scale loses its noise
+    with it, and no motion takes any away.
+
+    The noise is that of second differences, which hardly contain the motion, over as many ``readings`` as a working
+    sensor is this quiet in with a probability of 1e-12, by Chernoff's bound for their number of independent values;
+    infinite if too few readings at rest, or too coarse ones, show it.
+    """
+
+    def __init__(self):
+        self.readings = math.inf
+        self._quiet_sum = self._sum = 0.0
+        self._squares: deque[float] = deque()
+        self._last = (0.0, 0.0)
+
+    def learn(self, force: np.ndarray) -> None:
+        """Learn from a force (n,) [N] at rest, of whose variance the upper bound counts."""
+        steps = np.abs(np.diff(force))
+        second = np.diff(force, 2)
+        variance = float(np.mean(second**2)) if len(second) else 0.0
+        if not variance > 6.0 * (_MIN_QUANTA * float(steps[steps > 0.0].min(initial=math.inf))) ** 2:
+            return
+        lags = len(second) // 4
+        correlation = np.correlate(second, second, "full")[len(second) :][:lags] / (len(second) * variance)
+        correlated = 1.0 + 2.0 * float(correlation @ correlation)
+        share = _QUIET * (1.0 + _DEVIATIONS * math.sqrt(2.0 * correlated / len(second)))
+        if share < 1.0:
+            rarity = math.log(1.0 / share) - 1.0 + share
+            self.readings = math.ceil(-2.0 * correlated * math.log(_FALSE_ALARMS) / rarity)
+            self._quiet_sum = _QUIET * variance * self.readings
+
+    def add(self, force: float) -> bool:
+        """Whether the readings up to this one are too quiet."""
+        if math.isinf(self.readings):
+            return False
+        before, last = self._last
+        self._last = last, force
+        self._squares.append((force - 2.0 * last + before) ** 2)
+        self._sum += self._squares[-1]
+        if len(self._squares) > self.readings:
+            self._sum -= self._squares.popleft()
+        return len(self._squares) == self.readings and self._sum < self._quiet_sum
+
+
+class ScaleCheck:
+    """Whether all axes fell by one factor between two means of 20 readings, with one mean in between: a sensor that
+    loses its scale takes its bias along, a force leaves it. Three axes at least whose force is small next to their bias
+    must have fallen clearly, by the same factor."""
+
+    def __init__(self):
+        self._sum, self._count = np.zeros(6), 0
+        self._means: deque[np.ndarray] = deque(maxlen=3)
+        self._bias = self._error = np.full(6, math.inf)
+
+    def learn(self, wrenches: np.ndarray) -> None:
+        """Learn bias and noise from readings (n, 6) at rest."""
+        self._bias = wrenches.mean(axis=0)
+        self._error = wrenches.std(axis=0) * math.sqrt(2.0 / _BLOCK)
+
+    def add(self, wrench: tuple[float, ...]) -> float:
+        """The factor by which the scale fell, or 1."""
+        self._sum += wrench
+        self._count += 1
+        if self._count < _BLOCK:
+            return 1.0
+        self._means.append(self._sum / _BLOCK)
+        self._sum, self._count = np.zeros(6), 0
+        before, now = self._means[0], self._means[-1]
+        clear = np.abs(now - before) > _CLEAR * self._error
+        own = clear & (4.0 * np.abs(before - self._bias) < np.abs(self._bias))
+        if len(self._means) < 3 or np.count_nonzero(own) < _FEWEST_AXES:
+            return 1.0
+        factors = now[own] / before[own]
+        factor = float(np.median(factors))
+        error = np.maximum(_SAME * abs(1.0 - factor), _WITHIN * self._error[own] / np.abs(before[own]))
+        return factor if factor < _MAX_SCALE and np.all(np.abs(factors - factor) < error) else 1.0
 
 
 class Lateness:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ... import core
-from ...checks import instance_of
+from ...checks import instance_of, within
 from ...errors import InputError
 from ...files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
 from ...models.model import Model
@@ -67,6 +67,7 @@ class CondensedTissue:
         compliance = np.ascontiguousarray(self.compliance, dtype=float)
         if compliance.ndim != 2 or compliance.shape[0] != compliance.shape[1]:
             raise InputError("compliance", f"of shape {compliance.shape}", "must be square")
+        within("radius", self.radius, 0.0, 1.0, "m", "Give that of the needle, or 0 if none is known.")
         object.__setattr__(self, "compliance", compliance)
 
     @property
@@ -169,8 +170,8 @@ class CondensedInsertion(core.CondensedInsertion):
     tissue : CondensedTissue
         Of ``Tissue.condense`` or ``load_condensed``.
     model : Model
-        Friction per length, cutting and puncture in each layer; friction must have a sliding force per length without
-        memory (``coulomb``, ``karnopp``, ``lugre``), and the model no relaxation.
+        Friction per length, cutting and puncture in each layer; friction has a sliding force per length without memory
+        (``coulomb``, ``karnopp``, ``lugre``). A ``prony``, the same in each layer, is that of solid, contact and tip.
     max_speed : float
         Largest speed between two steps [m/s]; a faster step is refused.
     hold_time : float

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.sparse import csc_array
 
-from ...checks import above_zero
+from ...checks import LENGTH, PLACE, above_zero, in_range
 from ...errors import InputError
 from ..mesh.mesh import Mesh
 from .elements import Elements, Symmetry
@@ -67,7 +67,8 @@ class NeedlePath:
 
     def __post_init__(self) -> None:
         for quantity in ("depth", "spacing", "radius"):
-            above_zero(f"{quantity} of the path", getattr(self, quantity), "m")
+            length = above_zero(f"{quantity} of the path", getattr(self, quantity), "m")
+            in_range(f"{quantity} of the path", length, LENGTH, "Give it in m.")
         if self.depth < self.spacing:
             raise InputError("spacing", f"{1e3 * self.spacing:g} mm", f"the path is {1e3 * self.depth:g} mm deep")
 
@@ -132,7 +133,7 @@ class NeedlePath:
         if len(self.entry) != dimension - 1:
             limit = f"must have {dimension - 1} coordinates"
             raise InputError("entry of the path", self.entry, limit, next_step="Give where it is on the surface [m].")
-        return np.append(np.asarray(self.entry, dtype=float), 0.0)
+        return np.append(in_range("entry of the path", self.entry, PLACE, "Give it in m."), 0.0)
 
     def _integrated(self) -> tuple[np.ndarray, np.ndarray]:
         """Points of integration along the path (q,) [m], and the density of each node's load there, (q, nodes)."""

@@ -9,7 +9,7 @@ from typing import TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...checks import above_zero, instance_of
+from ...checks import PLACE, above_zero, in_range, instance_of
 from ...errors import InputError
 from ..materials import Elastic, by_label
 from ..mesh.mesh import Mesh
@@ -73,7 +73,7 @@ class Tissue:
         self.materials = by_label(mesh.labels, materials, Elastic, "nf.fe.Elastic(young_modulus, poisson_ratio)")
         self.symmetry = _symmetry(mesh, symmetry)
         self.supports = dict({"bottom": "fixed"} if supports is None else supports)
-        above_zero("thickness", thickness, "m")
+        in_range("thickness", above_zero("thickness", thickness, "m"), PLACE, "Give it in m.", ())
         self.elements = Elements(mesh, self.symmetry, _order(mesh, order, self.materials), thickness)
         self.held = held(self.elements, self.supports)
 

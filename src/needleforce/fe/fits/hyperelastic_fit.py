@@ -29,6 +29,8 @@ _MAX_TURNS = 10
 _SETTLED, _SETTLED_SHARE = 1e-3, 0.02  # change of one in the last turn, or that over half of its interval
 _MARGIN = 0.05  # of the indentation, that is solved in addition where the contact is searched
 _CONTACTS = 1.0, 1.3, 0.7  # [of the indentation of a straight line] where the search begins
+_SLOW, _QUICKER = 8, 24  # cosines along a curve: of a misfit, and of the noise next to them
+_MISFIT = 5.0  # ratio of their mean squares, F(8, 24): noise exceeds it in 1 of 1000
 _MAX_RETURN = 0.02  # of the curve's length, by which a depth may be above one before
 
 
@@ -63,7 +65,8 @@ class HyperelasticFit(EstimateResult):
     solutions : int
         How often the curve was solved for a set of moduli.
     warnings : tuple of str
-        A misfit beyond the noise, with the place where it is largest.
+        A misfit beyond the noise, with the place where it is largest, or one that is slow along the curve. Intervals
+        then hold what the shallower half of the curve gives, and as much again beyond.
     """
 
     materials: dict[str, Hyperelastic]
@@ -284,6 +287,15 @@ class _StiffnessSearch:
         apart = np.max(np.abs(as_good), axis=0) / TWO_SIDED
         return best.x, covariance + np.outer(apart, apart)
 
+    def _shallower_half(self, values: np.ndarray) -> np.ndarray:
+        """Values of the curve down to half of its indentation."""
+        depth, force, contact = self.depth, self.force, self._contact(values)
+        kept = depth <= 0.5 * (contact + depth.max())
+        self.depth, self.force = depth[kept], force[kept]
+        found, _ = self._fitted(values)
+        self.depth, self.force = depth, force
+        return found
+
     def _starts(self, values: np.ndarray) -> list[np.ndarray]:
         """The values, and the same with contacts elsewhere."""
         if self.given is not None:
@@ -302,6 +314,10 @@ class _StiffnessSearch:
         rise = self._model(values) - values[-1]
         residual = rise + values[-1] - self.force
         self._check(values, rise, residual)
+        leaves = misfit(residual, self.depth) or _slow_misfit(residual)
+        if leaves:
+            apart = 2.0 * (self._shallower_half(values) - values) / TWO_SIDED
+            covariance = covariance + np.outer(apart, apart)
         materials = self.parameters.materials(values)
         limits = {label: self._limits(label, materials[label], covariance) for label in self.parameters.found}
         young = {label: young_modulus(materials[label]) for label in self.parameters.found}
@@ -310,7 +326,6 @@ class _StiffnessSearch:
         linear = {label: factor * each for label, each in young.items()}
         contact = self._contact(values)
         half = float(_half(covariance)[-2]) if self.given is None else float("nan")
-        leaves = misfit(residual, self.depth)
         return HyperelasticFit(
             materials=materials,
             young_modulus=young,
@@ -358,6 +373,18 @@ class _StiffnessSearch:
             half = float(_half(np.atleast_2d(slope @ covariance @ slope))[0])
             limits[name] = float(slope[k]) - half, float(slope[k]) + half
         return limits
+
+
+def _slow_misfit(residual: np.ndarray) -> str:
+    """What a fit leaves along the whole curve although it is small next to the noise of a sample; nothing for noise
+    that is white or that a few samples share."""
+    count = len(residual)
+    places = np.pi * (np.arange(count) + 0.5) / count
+    waves = np.cos(np.outer(np.arange(1, _SLOW + _QUICKER + 1), places)) @ residual
+    ratio = float(np.mean(waves[:_SLOW] ** 2) / np.mean(waves[_SLOW:] ** 2))
+    return (
+        f"The fit leaves {np.sqrt(ratio):.3g} times the noise in slow waves along the curve" if ratio > _MISFIT else ""
+    )
 
 
 def _half(covariance: np.ndarray) -> np.ndarray:

@@ -156,7 +156,8 @@ def _labels(labels: Sequence[str] | ArrayLike | None, count: int) -> np.ndarray:
 def _volumes(mesh: Mesh) -> np.ndarray:
     """Signed volume between the edges at each corner, of simplices once, (m, k)."""
     corners = mesh.points[mesh.cells]
-    return np.stack([np.linalg.det(corners[:, ends] - corners[:, [k]]) for k, ends in _EDGES[mesh.shape]], axis=1)
+    with np.errstate(all="ignore"):  # a cell smaller than any number has no volume
+        return np.stack([np.linalg.det(corners[:, ends] - corners[:, [k]]) for k, ends in _EDGES[mesh.shape]], axis=1)
 
 
 def _check_cells(mesh: Mesh) -> None:
@@ -164,7 +165,7 @@ def _check_cells(mesh: Mesh) -> None:
     volumes = _volumes(mesh)
     size = np.ptp(mesh.points[mesh.cells], axis=1).max(axis=1) ** mesh.dimension
     sign = np.sign(volumes[:, :1])
-    folded = np.any(volumes * sign <= 1e-12 * size[:, None], axis=1)
+    folded = ~np.all(volumes * sign > 1e-12 * size[:, None], axis=1)
     if folded.any():
         cell = int(np.flatnonzero(folded)[0])
         centre = ", ".join(f"{1e3 * value:.3g}" for value in mesh.points[mesh.cells[cell]].mean(axis=0))

@@ -17,7 +17,7 @@ from ... import units
 from ...errors import InputError
 from ...files import open_regular
 from ...recording.formats import Format
-from ...recording.formats.worker import tables_by_worker
+from ...recording.formats.detect import read_tables
 from ...recording.table import Table
 from .mesh import CORNERS, DIMENSION, Mesh, library
 
@@ -29,7 +29,7 @@ _DIMENSION = {"vertex": 0, "line": 1, "wedge": 3, "pyramid": 3, **DIMENSION}
 _CORNERS = {"vertex": 1, "line": 2, "wedge": 6, "pyramid": 5, **CORNERS}
 _LAGRANGE = {"CURVE": "line", "TRIANGLE": "triangle", "QUADRILATERAL": "quad", "TETRAHEDRON": "tetra"}
 # cell data with the number of a label, in order of preference; the last is the number of a shape in gmsh
-_NUMBERS = ("gmsh:physical", "medit:ref", "su2:tag", "label", "labels", "material", "material_id", "materialid",
+_NUMBERS = ("gmsh:physical", "medit:ref", "label", "labels", "material", "material_id", "materialid",
             "region", "gmsh:geometrical")  # fmt: skip
 _SETS = "named sets of cells"  # header of the column with the number of a name
 # formats that are complete in one file and of plain numbers; docs/howto/solid_meshes.md has the reasons
@@ -48,7 +48,7 @@ class _Block:
 
     @property
     def dimension(self) -> int:
-        return _DIMENSION.get(self.shape, 3)
+        return _DIMENSION[self.shape]
 
 
 def read_mesh(
@@ -101,13 +101,18 @@ def read_mesh(
         has no cells of a body, has cells of several shapes, a coordinate that is not finite, or a body larger than
         10 m; or if an axis, a unit, or a label is not known.
     """
-    place = str(path)
-    nodes, sets, *tables = _tables(Path(path))
-    data = _number_data(tables, label_data, place)
-    blocks = [_block(table, data) for table in tables]
+    library("meshio")
+    open_regular(path, "mesh", _MAX_BYTES, links=False).close()
+    place, ending = str(path), Path(path).suffix
+    if ending.lower() not in _ENDINGS:
+        step = "Save it in one of them: in gmsh as msh, in ParaView as vtu, or with meshio convert."
+        raise InputError("format of the mesh", repr(ending), f"known are {', '.join(_ENDINGS)}", place, step)
+    nodes, sets, *shapes = read_tables(_MESH, Path(path))
+    data = _number_data(shapes, label_data, place)
+    blocks = [_block(each, data) for each in shapes]
     body = _body(blocks, place)
     used, cells = np.unique(np.concatenate([each.cells for each in body]), return_inverse=True)
-    points = np.column_stack([nodes.read_column(k) for k in range(len(nodes.headers))])
+    points = np.column_stack([nodes.numbers(k) for k in range(len(nodes.headers))])
     if used[0] < 0 or used[-1] >= len(points):
         limit = f"the file has {len(points)} points"
         raise InputError("cells", f"from point {used[0]} to {used[-1]}", limit, place, "Save the mesh again.")
@@ -124,24 +129,14 @@ def read_mesh(
         raise error.at(place) from None
 
 
-def _tables(path: Path) -> list[Table]:
-    """The points of a file, its sets of points, and the cells of each shape, as the limited process reads them."""
-    library("meshio")
-    open_regular(path, "mesh", _MAX_BYTES, links=False).close()
-    if path.suffix.lower() not in _ENDINGS:
-        step = "Save it in one of them: in gmsh as msh, in ParaView as vtu, or with meshio convert."
-        raise InputError("format of the mesh", repr(path.suffix), f"known are {', '.join(_ENDINGS)}", str(path), step)
-    return tables_by_worker(_MESH, path)
-
-
 def tables(path: Path) -> list[Table]:
     """Those of a file, called in the limited process."""
     try:
         found = _read(path)
         points = np.asarray(found.points, dtype=float)
         points = points if points.ndim == 2 else np.empty((0, 3))
-        shapes = [_shape(block.type, path) for block in found.cells]
-        cells = [_cells_table(found, shape, shapes, path) for shape in dict.fromkeys(shapes)]
+        shapes = [_shape(each.type, path) * bool(len(each.data)) for each in found.cells]  # "" without cells
+        cells = [_cells_table(found, shape, shapes, path) for shape in dict.fromkeys(filter(None, shapes))]
     except (InputError, MemoryError):
         raise
     except (Exception, SystemExit) as error:  # parsers without errors of their own
@@ -150,11 +145,12 @@ def tables(path: Path) -> list[Table]:
         if "gmsh:physical" in reason:
             step = "Some cells are in a physical group and some are not: save without Mesh.SaveAll, or group all."
         raise InputError("mesh", "not readable", reason, str(path), step) from None
-    _check_count("points", len(points), path)
+    for what, count in [("points", len(points)), *((f"cells of shape {each.name}", each.first_row) for each in cells)]:
+        if count > _MAX_COUNT:
+            raise InputError(f"number of {what}", count, f"at most {_MAX_COUNT}", str(path), "Mesh it coarser.")
     sets = [np.asarray(each, dtype=float) for each in found.point_sets.values()]
     nodes = Table(path=path, headers=list("xyz"[: points.shape[1]]), read_column=lambda k: points[:, k])
-    named = Table(path=path, headers=list(found.point_sets), read_column=sets.__getitem__)
-    return [nodes, named, *filter(None, cells)]
+    return [nodes, Table(path=path, headers=list(found.point_sets), read_column=sets.__getitem__), *cells]
 
 
 def _read(path: Path) -> Any:
@@ -172,20 +168,14 @@ def _read(path: Path) -> Any:
         return import_module(f"meshio.{kind}").read(source)
 
 
-def _check_count(what: str, count: int, path: Path) -> None:
-    if count > _MAX_COUNT:
-        raise InputError(f"number of {what}", count, f"at most {_MAX_COUNT} are read", str(path), "Mesh it coarser.")
-
-
-def _cells_table(found: Any, shape: str, shapes: list[str], path: Path) -> Table | None:
-    """The cells of one shape, if there are any: columns of their corners, of the number of a named set, and of data."""
-    chosen = [k for k, each in enumerate(shapes) if each == shape and len(found.cells[k].data)]
-    if not chosen:
-        return None
+def _cells_table(found: Any, shape: str, shapes: list[str], path: Path) -> Table:
+    """The cells of one shape: columns of their corners, of the number of a named set, and of data; ``comments`` are
+    numbers with their names, ``preamble`` the names of the sets."""
+    chosen = [k for k, each in enumerate(shapes) if each == shape]
     cells = np.concatenate([np.asarray(found.cells[k].data)[:, : _CORNERS[shape]] for k in chosen])
-    _check_count(f"cells of shape {shape}", len(cells), path)
     starts = dict(zip(chosen, np.cumsum([0, *(len(found.cells[k].data) for k in chosen)])))
     sets = {name: parts for name, parts in found.cell_sets.items() if not name.startswith("gmsh:")}
+    names = found.field_data if "gmsh:physical" in found.cell_data else {}
 
     def column(index: int) -> np.ndarray:
         if index <= len(cells.T):
@@ -193,14 +183,9 @@ def _cells_table(found: Any, shape: str, shapes: list[str], path: Path) -> Table
         name = list(found.cell_data)[index - len(cells.T) - 1]
         return _whole_numbers(np.concatenate([found.cell_data[name][k] for k in chosen]), name, str(path))
 
-    return Table(
-        path=path,
-        name=shape,
-        headers=[*map(str, range(len(cells.T))), _SETS, *found.cell_data],
-        read_column=column,
-        comments=_names(found, _DIMENSION[shape]),
-        preamble=(list(sets),),
-    )
+    return Table(path=path, name=shape, headers=[*map(str, range(len(cells.T))), _SETS, *found.cell_data],
+                 read_column=column, preamble=(list(sets),), first_row=len(cells),
+                 comments=[(int(k), name) for name, (k, of) in names.items() if of == _DIMENSION[shape]])  # fmt: skip
 
 
 def _number_data(tables: list[Table], label_data: str | None, place: str) -> str | None:
@@ -219,9 +204,9 @@ def _number_data(tables: list[Table], label_data: str | None, place: str) -> str
 def _block(table: Table, data: str | None) -> _Block:
     """The cells of a table with the numbers of ``data`` as labels, or without them the names of their sets."""
     corners = _CORNERS[table.name]
-    cells = np.column_stack([table.read_column(k) for k in range(corners)]).astype(int)
+    cells = np.column_stack([table.numbers(k) for k in range(corners)]).astype(int)
     column = corners if data is None else table.headers.index(data, corners + 1)
-    numbers = table.read_column(column).astype(int)
+    numbers = table.numbers(column).astype(int)
     if data is None:
         return _Block(table.name, cells, np.array([*table.preamble[0], None], dtype=object)[numbers], {})
     return _Block(table.name, cells, numbers.astype(object), dict(table.comments) if data == "gmsh:physical" else {})
@@ -245,7 +230,7 @@ def _whole_numbers(values: np.ndarray, data: str, place: str) -> np.ndarray:
         step = "Name other cell data in label_data, such as numbers of materials."
         raise InputError(f"cell data {data!r}", "not whole numbers", "as labels need", place, step)
     numbers = values.astype(int)
-    return (np.abs(numbers) if data.startswith("gmsh:") else numbers).astype(object)  # a sign there is a sense
+    return np.abs(numbers) if data.startswith("gmsh:") else numbers  # a sign there is a sense
 
 
 def _set_numbers(sets: Mapping[str, list], starts: Mapping[int, int], count: int) -> np.ndarray:
@@ -342,13 +327,6 @@ def _named(blocks: list[_Block], renamed: Mapping | None, option: str, place: st
     return result
 
 
-def _names(found: Any, dimension: int) -> list[tuple[int, str]]:
-    """Number of a label and its name: physical names of gmsh."""
-    if "gmsh:physical" not in found.cell_data:
-        return []
-    return [(int(number), name) for name, (number, of) in found.field_data.items() if of == dimension]
-
-
 def _shown(key: int | str, name: object) -> str:
     return str(key) if key == name else f"{key} ({name})"
 
@@ -359,7 +337,7 @@ def _boundaries(blocks: list[_Block], sets: Table, renamed: Mapping | None, plac
     renamed = dict(renamed or {})
     parts: dict[str, list[np.ndarray]] = {}
     for k, name in enumerate(sets.headers):
-        parts[renamed.pop(name, name)] = [sets.read_column(k).astype(int)]
+        parts[renamed.pop(name, name)] = [sets.numbers(k).astype(int)]
     for block, names in _named([x for x in blocks if x.dimension == dimension], renamed, "boundaries", place):
         for name in dict.fromkeys(names):
             if isinstance(name, str):

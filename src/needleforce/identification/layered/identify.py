@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from ...checks import random_seed
 from ...errors import InputError
 from ...models.model import Model
 from ...recording import Recording
@@ -146,7 +147,7 @@ class LayeredFit(Fit):
         """Draws of the parameters that the repeats share, not of single recordings. See ``Uncertainty.draws``."""
         from ..statistics.draws import Draws, checked_count
 
-        random = np.random.default_rng(seed)
+        random = np.random.default_rng(random_seed(seed))
         return Draws(self.uncertainty.draws(checked_count(count), random), {}, (), ("layered fit",))
 
     def _speed_factor(self, recording: Recording) -> float:

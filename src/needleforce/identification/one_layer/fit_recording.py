@@ -85,6 +85,9 @@ def _retimed(single: SegmentedRecording) -> dict[str, SegmentedRecording]:
     found = {cause: (each, filter_delay(each, declared)) for cause, each in single.readings.items()}
     if timing.lag is not None:
         found["lag"] = recording, filter_delay(recording, declared) + timing.lag.largest
+    if timing.late is not None:
+        for cause, end in zip(("lag", "shorter lag"), timing.late.ends):
+            found[cause] = recording, filter_delay(recording, declared) + end - timing.late.time
     others = {cause: _at_depth(single, each, depth_before(each, delay)) for cause, (each, delay) in found.items()}
     if timing.filter_length > 1:
         card = dataclasses.replace(recording.card, filter_length=timing.filter_length)

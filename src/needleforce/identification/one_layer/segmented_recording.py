@@ -10,12 +10,13 @@ import numpy as np
 from ...recording import Recording
 from ...recording.force_signal import quantum_of
 from ...segmentation import Events, segment
+from ...segmentation.doubtful import unreadable
 from ...segmentation.strokes import updated_depth, white_noise
 from ...vocabulary import Status
 from ..motion import DepthSignal
 from ..statistics.noise import Noise, noise_of
-from ..strokes import Strokes, strokes_of, undelayed_depth, usable_samples
-from ..timing import Timing, timing_of
+from ..strokes import Strokes, depth_before, strokes_of, undelayed_depth, usable_samples
+from ..timing import Timing, late_words, lateness, timing_of
 from .cycle_values import CycleFit
 from .deformation_fit import DeformationFit
 from .force_zero import Drift, drift_of, free_samples
@@ -60,6 +61,9 @@ class SegmentedRecording:
 def segmented(recording: Recording) -> SegmentedRecording:
     """One recording segmented and not fitted. Never raises: errors are reported in status and notes."""
     impossible = _impossible(recording)
+    late = None if impossible or unreadable(recording.time, recording.depth, recording.force) else lateness(recording)
+    if late is not None:
+        recording = dataclasses.replace(recording, depth=depth_before(recording, late.time))
     events = Events(status=Status.unreadable, notes=(impossible,)) if impossible else segment(recording)
     if events.status is Status.unreadable:
         return SegmentedRecording(
@@ -75,7 +79,7 @@ def segmented(recording: Recording) -> SegmentedRecording:
     punctured = events.punctures or events.status is not Status.ok
     depth = DepthSignal(recording.depth)
     undelayed = DepthSignal(undelayed_depth(recording)) if recording.card.filter_length > 1 else depth
-    timing = timing_of(recording, events, undelayed)
+    timing = timing_of(recording, events, undelayed, late)
     strokes, drift, free_after = without_drift(recording, events, strokes_of(recording, events, undelayed))
     return SegmentedRecording(
         recording=recording,
@@ -83,7 +87,13 @@ def segmented(recording: Recording) -> SegmentedRecording:
         events=events,
         strokes=strokes,
         status=events.status if punctured else Status.no_puncture,
-        notes=(*events.notes, *_motion_notes(strokes), *([drift.note] if drift.note else []), *timing.notes),
+        notes=(
+            *([late_words(late)] if late else []),
+            *events.notes,
+            *_motion_notes(strokes),
+            *([drift.note] if drift.note else []),
+            *timing.notes,
+        ),
         timing=timing,
         drift=drift,
         free_after=free_after,

@@ -207,14 +207,14 @@ def _file(number: int, one: RecordingFit) -> dict[str, object]:
     """The properties of one file by name; empty if unknown."""
     recording = one.recording
     if recording is None or len(recording) < 2:
-        return dict.fromkeys((*_FILE_COLUMNS, *_CARD_COLUMNS), "") | {"no.": number, "file": one.file}
+        return dict.fromkeys((*_FILE_COLUMNS, *_CARD_COLUMNS), "") | {"no.": number, "file": file_name(one.file)}
     card, time = recording.card, recording.time
     rate, duration = with_unit(f"{recording.rate:.4g}", "Hz"), with_unit(f"{time[-1] - time[0]:.4g}", "s")
     length = f"average of {card.filter_length} samples" if card.filter_length > 1 else ""
-    source = "" if one.file in (card.source, recording.place) else card.source
+    source = "" if one.file in (card.source, recording.place) else file_name(card.source)
     origin = source, card.needle, card.tissue, card.rig, length, card.assumptions
     known = card.sha256, _thousands(len(time)), rate, duration, *origin
-    return {"no.": number, "file": one.file, **dict(zip(_CARD_COLUMNS, known))}
+    return {"no.": number, "file": file_name(one.file), **dict(zip(_CARD_COLUMNS, known))}
 
 
 def _shared(files: list[dict]) -> dict[str, object]:

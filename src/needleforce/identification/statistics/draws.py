@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ...checks import random_seed
 from ...errors import InputError
 from ..estimates import Estimate, Parameters
 from ..one_layer.cycle_values import CycleFit
@@ -124,7 +125,7 @@ def draws_of(
     if not answering:
         limit = "no recording has a one-layer fit, or one of gradual_layers"
         raise InputError("draws", "not available", limit, next_step="Give a recording with contact and puncture.")
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(random_seed(seed))
     drawn = [_own(each, count, random) for each in answering]
     names = [name for name in drawn[0][0] if all(name in found for found, _ in drawn)]
     own = {name: np.stack([found[name] for found, _ in drawn]) for name in names}

@@ -2,7 +2,6 @@
 """Arrays of a file as tables: vectors of one length belong together, with the matrices that have as many rows."""
 
 import errno
-import hashlib
 import math
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -13,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError, printable
-from ...files import MAX_SAMPLES, open_regular
+from ...files import MAX_SAMPLES, digest
 from ..quantities import split
 from ..recording import Note
 from ..table import Table
@@ -91,7 +90,7 @@ class FileArrays:
     sha256: str = ""
 
     def __post_init__(self) -> None:
-        self.sha256 = self.sha256 or sha256_of(self.path)
+        self.sha256 = self.sha256 or digest(self.path)
 
     def add(self, level: str, arrays: Iterable[Array], comments: Iterable[tuple[str, object]] = ()) -> None:
         """Add the arrays of one level of the file, such as a group: one table for each length.
@@ -230,12 +229,6 @@ def check_size(size: int, limit: int, path: Path) -> None:
 def size_of(shape: Iterable[int], itemsize: int) -> int:
     """Bytes of an array."""
     return math.prod(shape) * max(itemsize, 1)
-
-
-def sha256_of(path: Path) -> str:
-    """SHA-256 of a file."""
-    with open_regular(path) as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def clean(text: str) -> str:

@@ -4,13 +4,14 @@
 import os
 import re
 from collections.abc import Iterable
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...errors import InputError, install_step
-from ...files import BAG, MCAP, open_regular
+from ...files import BAG, MCAP, open_regular, same_file
 from . import Format
 
 if TYPE_CHECKING:
@@ -180,7 +181,7 @@ def tables_of(path: Path) -> "list[Table]":
     if not form.module:
         raise InputError("file", form.name, "a table of numbers is needed", str(path), form.advice)
     try:
-        tables = _tables(form, path)
+        tables = read_tables(form, path)
     except ImportError as error:
         limit = f"reading {form.name} needs the package {error.name}"
         step = install_step(str(error.name), form.extra)
@@ -192,9 +193,12 @@ def tables_of(path: Path) -> "list[Table]":
     return tables
 
 
-def _tables(form: Format, path: Path) -> "list[Table]":
-    if not form.limited:
-        return import_module(form.module, __package__).tables(path)
-    from .worker import tables_by_worker
+def read_tables(form: Format, path: Path) -> "list[Table]":
+    """The tables of the file that the name has now. Raises InputError, and ImportError without the format's package."""
+    reading = same_file(path)
+    with reading():
+        if form.limited:
+            from .worker import tables_by_worker
 
-    return tables_by_worker(form, path)
+            return [replace(table, reading=reading) for table in tables_by_worker(form, path)]
+        return [replace(table, reading=reading) for table in import_module(form.module, __package__).tables(path)]

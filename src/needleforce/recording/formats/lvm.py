@@ -17,6 +17,7 @@ from ...errors import InputError
 from ...files import read_bytes
 from ..table import Table
 from .arrays import MAX_TABLES, check_count
+from .rows import number_of
 from .text import unmarked_encoding
 from .text_rows import Encoding
 from .text_values import TextValues
@@ -149,7 +150,8 @@ def _table(form: _Form, part: _Segment) -> Table:
     def read_column(index: int) -> np.ndarray:
         if index > 0 or form.x_columns != "no":
             return values(index).copy()
-        first, step = (_number(part.facts.get(name, [""])[0], form.decimal) for name in ("X0", "Delta_X"))
+        texts = (part.facts.get(name, [""])[0].strip().replace(form.decimal, ".") for name in ("X0", "Delta_X"))
+        first, step = (number_of(text, ".") for text in texts)
         return first + step * np.arange(len(values(len(names) - 1)))
 
     headers, units = _columns(names, part.facts, form.x_columns == "multi")
@@ -170,10 +172,3 @@ def _columns(names: Sequence[str], facts: Mapping[str, list[str]], multi: bool) 
             headers.append(name)
             units.append(labels[channel] if channel < len(labels) else "")
     return headers, units
-
-
-def _number(text: str, decimal: str) -> float:
-    try:
-        return float(text.replace(decimal, "."))
-    except ValueError:
-        return float("nan")

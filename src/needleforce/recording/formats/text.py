@@ -131,12 +131,12 @@ def _no_table(path: Path, lines: Sequence[str]) -> InputError:
     if len(rows) == 1:
         step = "Check that the recording is complete."
         return InputError("number of samples", 1, "at least 2 are needed", str(path), step)
-    joined = next((word for line in lines for word in line.split() if any(each.isdigit() for each in word)), "")
-    if not rows and joined:
-        limit = "cells that are plain numbers are needed"
-        return InputError("table", f"missing: {joined[:40]!r}", limit, str(path), _EXPORT)
     if rows:
         return InputError("table", "missing", "there are numbers, but not in common columns", str(path), _EXPORT)
+    joined = next((number for number, line in enumerate(lines, 1) if any(each.isdigit() for each in line)), None)
+    if joined:  # not quoted, as the file may be a private one
+        limit = "cells that are plain numbers are needed, those with digits are joined with text"
+        return InputError("table", "missing", limit, f"{path}, line {joined}", _EXPORT)
     step = "Record again, or check that the export was complete."
     return InputError("number of samples", 0, "the file ends after its header", str(path), step)
 

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Reading of logs: those written by this package, and any MCAP file or ROS 2 bag with the same message types."""
 
+import math
 import os
 import struct
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path, PurePath
@@ -12,11 +13,11 @@ from typing import Any
 from ...errors import InputError, install_step
 from ...files import BAG, MAX_RECORDING_BYTES, MCAP, leads_out, open_regular, read_bytes
 from ..recording import Note
-from .mcap_records import CHANNEL, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
+from .mcap_records import CHANNEL, CHUNK, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
 from .messages import Log
 from .ros1_bag import is_ros1_bag, read_ros1_bag
 from .topics import Collected
-from .writer import CARD, END
+from .writer import CARD, CONTINUED, END, PART, part_path
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, counter, times of arrival and of the device
 _MAX_ORPHAN_BYTES = 64 << 20  # messages kept until their channel is defined, which may be at the end of the file
@@ -44,7 +45,7 @@ def read_bag(folder: Path, collected: Collected) -> list[Note]:
     try:
         storage, files = _bag_files(folder)
         if storage == "mcap":
-            return [note for file in files for note in _read_file(file, _Uncounted(collected)).notes]
+            return [note for file in files for note in _Contents(_Uncounted(collected), file).read()]
         for file in files:
             _check_database(file)
         with Reader(folder) as reader:
@@ -98,8 +99,8 @@ def _check_database(path: Path) -> None:
                 raise ValueError(f"{name[:40]!r} is not a plain table")
 
 
-def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) -> Log:
-    """Read an MCAP file, a ROS 1 bag, or the folder of a ROS 2 bag.
+def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None, part: str | None = None) -> Log:
+    """Read an MCAP file with the parts that continue it, a ROS 1 bag, or the folder of a ROS 2 bag.
 
     It needs messages of WrenchStamped or Wrench, and of JointState or PoseStamped.
 
@@ -109,6 +110,8 @@ def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) 
         The file or folder. A truncated file is read up to its last complete record.
     columns : mapping, optional
         Topics to use if there are several: ``{"force": "/ft/wrench", "depth": "/joint_states:needle"}``.
+    part : str, optional
+        One part of a recording in parts, such as ``part0001``, which the file by itself stands for.
 
     Returns
     -------
@@ -118,36 +121,91 @@ def read_log(path: str | os.PathLike, columns: Mapping[str, str] | None = None) 
     Raises
     ------
     InputError
-        Not such a file, or several topics match and none is given.
+        Not such a file, or several topics match and none is given; a part is missing, or another one.
     """
+    return next(logs(path, columns, part))
+
+
+def logs(
+    path: str | os.PathLike, columns: Mapping[str, str] | None, part: str | None = None, block: float = math.inf
+) -> Iterator[Log]:
+    """As ``read_log``, in blocks of so many messages, one after the other; a bag is one. Only the last one has the end
+    and the notes, and none of the messages of the others."""
     place = Path(path)
     collected = Collected(columns or {}, str(place))
+    read: list[_Contents] = []
+    notes: list[Note] = []
     if place.is_dir() or is_ros1_bag(place):
-        contents = _Contents(collected)
-        contents.complete, contents.notes = True, (read_bag if place.is_dir() else read_ros1_bag)(place, collected)
+        if part is not None:
+            _chosen_file(place, {}, part)
+        notes += (read_bag if place.is_dir() else read_ros1_bag)(place, collected)
     else:
-        contents = _read_file(place, collected)
+        for contents in _parts(place, part, collected, notes):
+            read.append(contents)
+            for _ in contents.blocks(block):
+                yield _log(collected.cut(), read, [])
+            notes += contents.notes
+    yield _log(collected, read, notes + collected.notes())
+
+
+def _log(collected: Collected, read: "list[_Contents]", notes: list[Note]) -> Log:
+    """What was collected from the files that were read so far."""
     return Log(
         wrench=collected.wrench(),
         axis=collected.axis(),
         marks=collected.marks,
-        card=contents.metadata.get(CARD, {}),
-        end=contents.metadata.get(END),
-        complete=contents.complete,
-        notes=contents.notes + collected.notes(),
+        card=read[0].card if read else {},
+        end=read[-1].metadata.get(END) if read else None,
+        complete=all(each.complete for each in read),
+        notes=notes,
         others=collected.others(),
+        files=tuple(each.path for each in read),
     )
 
 
-def _read_file(path: Path, collected: Any) -> "_Contents":
-    """Pass all messages of an MCAP file to ``collected``; what else it holds, with notes on what is damaged."""
-    reader, contents = RecordReader(path), _Contents(collected)
-    for code, record in reader.records():
-        contents.take(code, record)
-    contents.complete, contents.notes = reader.complete, reader.notes + contents.finish()
-    if not reader.complete:
-        contents.notes.append(Note("incomplete", "the recording was not closed: it ends at the last flush"))
-    return contents
+def _parts(path: Path, part: str | None, collected: Collected, notes: list[Note]) -> "Iterator[_Contents]":
+    """The files of a recording in their order, each to be read before the next is looked for: the recorder, which may
+    be at work, begins a part before it ends the one before. Raises InputError for one that is missing or another."""
+    first = _facts_of_part(path) or {}
+    if part is not None:
+        yield _Contents(collected, _chosen_file(path, first, part))
+        return
+    yield (contents := _Contents(collected, path))
+    number, file = 2, part_path(path, 2)
+    while first.get("part") == "1" and (file.exists() or CONTINUED in contents.metadata.get(END, {})):
+        facts = _facts_of_part(file) if file.exists() else {"part": "missing", "run": first.get("run")}
+        if facts is None and not part_path(path, number + 1).exists():
+            notes.append(Note("incomplete", f"part {number} was only begun: it holds no readings"))
+            return
+        what = (facts or {}).get("part", "none") if (facts or {}).get("run") == first.get("run") else "of another run"
+        if what != str(number):
+            limit = "the files are not those that were recorded one after the other"
+            step = "Put them back, or read each by itself, such as with --part part0001."
+            raise InputError(f"part {number}", what, limit, str(file), step)
+        yield (contents := _Contents(collected, file))
+        number, file = number + 1, part_path(path, number + 1)
+
+
+def _chosen_file(path: Path, first: Mapping[str, str], part: str) -> Path:
+    """The file of one part of a recording, named as in its file."""
+    files = {"part0001": path}
+    while first.get("part") == "1" and (file := part_path(path, len(files) + 1)).exists():
+        files[file.stem.rpartition(".")[2]] = file
+    if part not in files or len(files) == 1:
+        limit = f"it has part0001 to {list(files)[-1]}" if len(files) > 1 else "a log has one recording"
+        step = "Give one of these." if len(files) > 1 else "Leave it out."
+        raise InputError("part", repr(part[:60]), limit, str(path), step)
+    return files[part]
+
+
+def _facts_of_part(path: Path) -> dict[str, str] | None:
+    """What a file states of the part that it is, empty if nothing; None for one that ends before."""
+    for code, record in RecordReader(path).records() if path.stat().st_size >= len(MCAP) else ():
+        if code in (CHUNK, MESSAGE, SCHEMA):
+            return {}
+        if code == METADATA and (found := _metadata(record).get(PART)):
+            return found
+    return None
 
 
 @dataclass
@@ -155,16 +213,17 @@ class _Uncounted:
     """Messages of a bag, whose counters and times of sending recorders fill in various ways."""
 
     collected: Collected
+    count = 0
 
     def take(self, *, arrival: int, counter: int, device: int, **message: Any) -> None:
         self.collected.take(arrival=arrival, counter=0, device=arrival, **message)
 
 
 class _Contents:
-    """Schemas and channels in the order of the file, and the messages that refer to them."""
+    """A file: schemas and channels in its order, and the messages that refer to them, for ``collected``."""
 
-    def __init__(self, collected: Any):
-        self._collected = collected
+    def __init__(self, collected: Any, path: Path):
+        self._collected, self.path = collected, path
         self.complete, self.notes = False, []
         self.metadata: dict[str, dict] = {}
         self._schemas: dict[int, str] = {_NO_SCHEMA: ""}
@@ -172,6 +231,30 @@ class _Contents:
         self._defined: set[tuple[int, bytes]] = set()
         self._orphans: list[bytes] = []
         self._orphaned = self._lost = 0
+
+    @property
+    def card(self) -> dict[str, str]:
+        """The card, of a later part with the time at which it begins."""
+        part = self.metadata.get(PART, {})
+        start = {"start_s": part["start_s"]} if part.get("part", "1") != "1" and "start_s" in part else {}
+        return self.metadata.get(CARD, {}) | start
+
+    def read(self) -> list[Note]:
+        """Read the file; notes on what is damaged."""
+        for _ in self.blocks(math.inf):
+            pass
+        return self.notes
+
+    def blocks(self, size: float) -> Iterator[None]:
+        """Read the file, with a stop whenever so many messages were collected."""
+        reader = RecordReader(self.path)
+        for code, record in reader.records():
+            self.take(code, record)
+            if self._collected.count >= size:
+                yield
+        self.complete, self.notes = reader.complete, reader.notes + self.finish()
+        if not reader.complete:
+            self.notes.append(Note("incomplete", "the recording was not closed: it ends at the last flush"))
 
     def take(self, code: int, record: bytes) -> None:
         if code == MESSAGE:

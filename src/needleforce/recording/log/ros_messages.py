@@ -23,6 +23,7 @@ _FIELDS = {
 FRAME = b"needle"  # frame_id of every message, and the name of the one joint
 _LITTLE_ENDIAN = b"\0\1\0\0"
 _NAME_BYTES = len(FRAME) + 1
+_NAME = struct.pack(f"<I{_NAME_BYTES}s", _NAME_BYTES, FRAME)
 _SECOND = 1_000_000_000  # ns
 # encoding, seconds, nanoseconds, frame; forces and torques
 _WRENCH = struct.Struct(f"<4siII{_NAME_BYTES}s5x6d")
@@ -108,6 +109,9 @@ class _Cursor:
 
 def wrench_of(data: bytes, message: str) -> tuple[int, tuple]:
     """Decode a Wrench or WrenchStamped: time [ns], 0 without a header, and fx fy fz tx ty tz."""
+    if len(data) == _WRENCH.size and data[:4] == _LITTLE_ENDIAN and data[12 : 16 + _NAME_BYTES] == _NAME:
+        _, seconds, rest, _, _, *wrench = _WRENCH.unpack(data)  # as this package writes it: ten hours have 250 million
+        return seconds * _SECOND + rest, tuple(wrench)
     cursor = _Cursor(data)
     stamp = cursor.stamp() if message == WRENCH_STAMPED else 0
     return stamp, cursor.numbers("d", 6, 8)

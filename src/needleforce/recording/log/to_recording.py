@@ -2,7 +2,10 @@
 """From a log to a recording: messages on one clock, faulty wrenches left out, bias removed, losses reported."""
 
 import json
+import math
+import re
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +23,10 @@ from ..options import ReadOptions
 from ..quantities import AXES as RECORDING_AXES
 from ..quantities import check_known, dimension
 from ..recording import Card, Note, Recording
-from ..samples import timing_notes
+from ..samples import Decimated, timing_notes
 from ..stream import Stream, constant_depth
-from .messages import Log, Mark, Messages
-from .reader import read_log
+from .messages import Log, Mark, Messages, distinct
+from .reader import logs
 from .topics import AS_TABLE, split_choice
 from .writer import WRENCH_TOPIC
 
@@ -32,26 +35,32 @@ _SECOND = 1e9  # ns
 _MAX_FORCE = 1e9  # [N, N m] of a bias; a damaged mark may hold any number
 _MAX_LISTED = 8  # topics in a message
 _MAX_COUNT = 10**15  # of a note
+_BLOCK = 1 << 18  # messages that are in memory at a time where a recording is reduced: some 150 MB
+_NUMBER = re.compile(r"[\d.]+(e[+-]?\d+)?")
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
 _CHOICES = ("force", "depth")
 
 
-def on_one_clock(streams: dict[str, Messages], ours: bool) -> tuple[dict[str, np.ndarray], list[str], list[Note]]:
-    """Times (n,) [s] from the first message of the first stream, assumptions, and notes on the clocks' accuracy.
+def on_one_clock(
+    streams: dict[str, Messages], ours: bool, origin: int | None = None
+) -> tuple[dict[str, np.ndarray], list[str], list[Note], int]:
+    """Times (n,) [s] from the ``origin``, by default the first message of the first stream, assumptions, notes on the
+    clocks' accuracy, and the origin [ns].
 
     ``ours`` is True for a file of this package. The headers of other recorders contain the time of measurement; those
     of this package are used only if no device has a clock of its own.
     """
     present = {name: each for name, each in streams.items() if len(each)}
     if all(_stamped(each) for each in present.values()) and not (ours and any(map(_has_clock, present.values()))):
-        origin = int(next(iter(present.values())).stamp[0])
+        origin = int(next(iter(present.values())).stamp[0]) if origin is None else origin
         assumptions = ["times are those in the messages' headers, from one clock"]
-        return {name: (each.stamp - origin) / _SECOND for name, each in present.items()}, assumptions, []
-    origin, times, assumptions, notes = int(next(iter(present.values())).arrival[0]), {}, [], []
+        return {name: (each.stamp - origin) / _SECOND for name, each in present.items()}, assumptions, [], origin
+    origin = int(next(iter(present.values())).arrival[0]) if origin is None else origin
+    times, assumptions, notes = {}, [], []
     for name, each in present.items():
         times[name], assumed, found = _aligned(name, each, origin)
         assumptions, notes = assumptions + assumed, notes + found
-    return times, assumptions, notes
+    return times, assumptions, notes, origin
 
 
 def forward(time: np.ndarray) -> np.ndarray:
@@ -60,7 +69,7 @@ def forward(time: np.ndarray) -> np.ndarray:
 
 
 def _stamped(messages: Messages) -> bool:
-    return len(np.unique(messages.stamp)) > len(messages) // 2
+    return distinct(messages.stamp) > len(messages) // 2
 
 
 def _has_clock(messages: Messages) -> bool:
@@ -99,7 +108,7 @@ def without_faults(log: Log, notes: list[Note]) -> Messages:
         words = sorted({str(mark.facts.get("words", "")) for mark in log.marks if mark.kind == "status"})
         message = f"{count} wrenches have a fault status ({'; '.join(words)[:200]}) and are left out"
         notes.append(Note("status", message, count))
-    return log.wrench.kept(~wrong)
+    return log.wrench.kept(~wrong) if wrong.any() else log.wrench
 
 
 def note_losses(wrench: Messages, notes: list[Note]) -> None:
@@ -165,10 +174,40 @@ def read_recording(path: Path, options: ReadOptions, assumed: AssumedMotion) -> 
     Time zero is the first wrench. Raises InputError if the file cannot be read as a recording.
     """
     _check_tables(path, options)
-    columns, units = dict(options.columns or {}), dict(options.units or {})
+    columns = dict(options.columns or {})
     _check(columns)
-    log = read_log(path, columns)
-    place = file_name(path)
+    reduced = None if options.decimate_to is None else Decimated(options.decimate_to)
+    part = None if options.part is None else str(options.part).strip()
+    stream = Stream(place=file_name(path), sha256="", values={}, assumptions=[], notes=[])
+    clock = _Clock()
+    for log in logs(path, columns, part, math.inf if reduced is None else _BLOCK):
+        stream.notes += log.notes
+        if reduced is None or len(log.wrench) > 1 or not reduced.count:
+            _put_block(stream, log, clock, options)
+        if reduced is not None and stream.values:
+            reduced.add(stream.values)
+            stream.values = {}
+    if reduced is not None:
+        stream.values, stream.notes = reduced.values(), _merged(stream.notes)
+    files = log.files or ((path,) if path.is_file() else ())
+    stream.sha256 = digest(*files) if files else ""
+    _settle(stream, log, options, assumed, clock.moving)
+    recording = _recording(stream, log.card, options.filter_length)
+    return recording if reduced is None else replace(recording, card=reduced.card(recording.card))
+
+
+@dataclass
+class _Clock:
+    """What the blocks of a recording share: the origin [ns] of its times, the time of its first wrench on that clock
+    [s], and whether it has a motion."""
+
+    origin: int | None = None
+    start: float | None = None
+    moving: bool = False
+
+
+def _put_block(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) -> None:
+    """Set time, force and axes of the stream, and depth and velocity if the log has them."""
     if len(log.wrench) < 2:
         has = f"; it has {', '.join(log.others[:_MAX_LISTED])}" if log.others else ""
         limit = f"a topic of WrenchStamped or Wrench with at least 2 messages is needed{has}"
@@ -177,20 +216,43 @@ def read_recording(path: Path, options: ReadOptions, assumed: AssumedMotion) -> 
             if has
             else "Check that the force was recorded."
         )
-        raise InputError("number of wrenches", len(log.wrench), limit, place, step)
-    sha256 = "" if Path(path).is_dir() else digest(path)
-    stream = Stream(place=place, sha256=sha256, values={}, assumptions=[], notes=list(log.notes))
-    axis_time = _put_wrenches(stream, log, columns, units, options.baseline)
-    direction = INWARDS[options.inwards or "increasing"]
-    unused = assumed.without_motion(options.motion is not None).unused(True, bool(len(log.axis)))
+        raise InputError("number of wrenches", len(log.wrench), limit, stream.place, step)
+    axis_time = _put_wrenches(stream, log, clock, options)
+    if options.motion is not None or not (clock.moving or len(log.axis)):
+        return
+    time = stream.values["time"]
+    if clock.moving and (len(log.axis) < 2 or axis_time.max() <= time[0] or axis_time.min() >= time[-1]):
+        message = f"{len(time)} samples of force are outside the motion's times and are left out"
+        stream.notes.append(Note("outside_motion", message, len(time)))
+        stream.values = {}
+        return
+    clock.moving = True
+    _put_motion(stream, log.axis, axis_time, dict(options.units or {}), INWARDS[options.inwards or "increasing"])
+
+
+def _settle(stream: Stream, log: Log, options: ReadOptions, assumed: AssumedMotion, moving: bool) -> None:
+    """Set a motion that is not in the log, the signs and the bias; note what the samples show. ``log`` is the last
+    block."""
+    columns, units = dict(options.columns or {}), dict(options.units or {})
+    unused = assumed.without_motion(options.motion is not None).unused(True, moving)
     stream.notes += [Note("unused", unused)] if unused else []
     if options.motion is not None:
-        source = MotionSource(path=Path(options.motion), part=options.motion_part, shift=options.motion_shift)
+        source, direction = (
+            MotionSource(path=Path(options.motion), part=options.motion_part, shift=options.motion_shift),
+            INWARDS[options.inwards or "increasing"],
+        )
         join(stream, source, start_depth=options.start_depth, columns=columns, units=units, inwards=direction)
-    elif not len(log.axis) and assumed.gives_depth(True):
+    elif not moving and assumed.gives_depth(True):
         _state_motion(stream, assumed)
-    else:
-        _put_motion(stream, log.axis, axis_time, units, direction)
+    elif not moving:
+        limit = "the file contains no JointState or PoseStamped"
+        advice = (
+            "Give a table of time and depth or velocity with --motion FILE, or --speed-mm-s of a constant motion, with "
+            "--stroke-mm and --hold-s if it stops or returns."
+        )
+        raise InputError("the depth", "missing", limit, stream.place, advice)
+    elif np.ptp(stream.values["depth"]) == 0.0:
+        raise constant_depth("depth", stream.values["depth"][0], stream.place)
     if log.wrench.topic != WRENCH_TOPIC:
         put_signs(
             stream, options.inwards, {"force": columns["force"].rpartition(":")[2]} if "force" in columns else units
@@ -199,7 +261,19 @@ def read_recording(path: Path, options: ReadOptions, assumed: AssumedMotion) -> 
     if options.baseline and not marked:
         remove_bias(stream, already_noted=any(note.kind == "baseline" for note in _notes(log.card)))
     stream.notes += timing_notes(stream.values["time"]) + glitch_notes(stream.values["time"], stream.values["force"])
-    return _recording(stream, log.card, options.filter_length)
+
+
+def _merged(notes: list[Note]) -> list[Note]:
+    """The notes of blocks, of those that differ in their numbers only the one with the largest count, and the sum."""
+    similar: dict[tuple[str, str], list[Note]] = {}
+    for note in dict.fromkeys(notes):
+        similar.setdefault((note.kind, _NUMBER.sub("#", note.message)), []).append(note)
+    merged = []
+    for several in similar.values():
+        first, total = max(several, key=lambda note: note.count), sum(note.count for note in several)
+        more = f" (in the worst of {len(several)} blocks; {total} in all)" if len(several) > 1 else ""
+        merged.append(Note(first.kind, first.message + more, total))
+    return merged
 
 
 def _check_tables(path: Path, options: ReadOptions) -> None:
@@ -207,8 +281,6 @@ def _check_tables(path: Path, options: ReadOptions) -> None:
     if options.motion_part is not None and options.motion is None:
         step = "Choose the motion with --column depth=TOPIC:JOINT, or give a file with --motion."
         raise InputError("motion part", options.motion_part, "a log has no tables", str(path), step)
-    if options.part is not None:
-        raise InputError("part", repr(str(options.part)[:60]), "a log has one recording", str(path), "Leave it out.")
 
 
 def _check(columns: Mapping[str, str]) -> None:
@@ -219,27 +291,27 @@ def _check(columns: Mapping[str, str]) -> None:
             raise InputError(f"column of the {quantity}", "given", limit, next_step="Leave it out.")
 
 
-def _put_wrenches(
-    stream: Stream, log: Log, columns: Mapping[str, str], units: Mapping[str, str], baseline: bool
-) -> np.ndarray:
+def _put_wrenches(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) -> np.ndarray:
     """Set time, force and axes of the stream; return the times of the axis (m,) [s] on the same clock."""
+    columns, units = dict(options.columns or {}), dict(options.units or {})
     wrench = without_faults(log, stream.notes)
     ours = wrench.topic == WRENCH_TOPIC
-    times, assumptions, notes = on_one_clock({"force": wrench, "depth": log.axis}, ours)
+    times, assumptions, notes, clock.origin = on_one_clock({"force": wrench, "depth": log.axis}, ours, clock.origin)
     stream.assumptions += assumptions
     stream.notes += notes
     note_losses(log.wrench, stream.notes)
-    if baseline:
-        wrench.values = without_bias(wrench, log.marks, stream)
+    if options.baseline:
+        wrench = replace(wrench, values=without_bias(wrench, log.marks, stream))
     order = _usable(times["force"], wrench, "wrenches", stream)
-    start = times["force"][order[0]] - _number(log.card, "start_s", stream.place)
+    if clock.start is None:
+        clock.start = times["force"][order[0]] - _number(log.card, "start_s", stream.place)
     chosen = split_choice(columns.get("force", ""))[1] or log.card.get("axial", "")
     if not chosen:
         chosen = "fz"
         stream.assumptions.append("the force along the needle is fz of the sensor")
     found = axes_of(wrench.values[order], chosen, units, log.card, stream)
-    stream.values = {"time": times["force"][order] - start, **found}
-    return times.get("depth", np.empty(0)) - start
+    stream.values = {"time": times["force"][order] - clock.start, **found}
+    return times.get("depth", np.empty(0)) - clock.start
 
 
 def _usable(time: np.ndarray, messages: Messages, what: str, stream: Stream) -> np.ndarray:
@@ -267,14 +339,6 @@ def _state_motion(stream: Stream, assumed: AssumedMotion) -> None:
 
 def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units: Mapping[str, str], inwards: float) -> None:
     """Set depth and velocity of the axis, positive inwards, on the force's clock."""
-
-    if not len(axis):
-        limit = "the file contains no JointState or PoseStamped"
-        advice = (
-            "Give a table of time and depth or velocity with --motion FILE, or --speed-mm-s of a constant motion, with "
-            "--stroke-mm and --hold-s if it stops or returns."
-        )
-        raise InputError("the depth", "missing", limit, stream.place, advice)
     kept = _usable(time, axis, "states of the axis", stream)
     to_si = parse(units.get("depth", "m"), "length", "depth").to_si
     time, depth, velocity = time[kept], to_si(axis.values[kept, 0]) * inwards, to_si(axis.values[kept, 1]) * inwards
@@ -287,8 +351,6 @@ def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units: Mapping
     leave_out_beyond(stream, time, stream.place)
     at = stream.values["time"]
     stream.values |= {"depth": np.interp(at, time, depth), "velocity": np.interp(at, time, velocity)}
-    if np.ptp(stream.values["depth"]) == 0.0:
-        raise constant_depth("depth", stream.values["depth"][0], stream.place)
 
 
 def _recording(stream: Stream, card: Mapping[str, str], filter_length: int | None) -> Recording:

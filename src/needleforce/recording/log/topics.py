@@ -2,9 +2,11 @@
 """Collection of the messages of all topics with force, depth or marks, and the choice of one topic for each."""
 
 import json
+import math
 import struct
 from array import array
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +17,7 @@ from ..recording import Note
 from . import ros_messages
 from .messages import Mark, Messages, in_sequence
 from .ros_messages import joints_of, position_of, string_of, wrench_of
-from .writer import AXIS_TOPIC, MARKS_TOPIC, WRENCH_TOPIC
+from .writer import AXIS_TOPIC, MARKS_TOPIC, STANDING, WRENCH_TOPIC
 
 _WRENCHES = (ros_messages.WRENCH_STAMPED, ros_messages.WRENCH)
 _STATES = {ros_messages.JOINT_STATE: joints_of, ros_messages.POSE_STAMPED: position_of}
@@ -23,9 +25,11 @@ _MAX_OTHERS = 100  # topics that are not read and are named
 _MAX_JOINTS = 32  # joints of one topic that are read
 _MAX_MARK_BYTES = 1 << 16  # of one mark; those of this package have about 100
 _MAX_MARKS_BYTES = 1 << 25  # of all: a fault status of each sample for some minutes
+_OVERLAP_NS = 500_000_000  # of blocks: messages of two devices arrive less out of order than this
 _MIN_JOINT_SHARE = 0.01  # of a topic's messages: a rarer joint name is a damaged message
 TYPES = {*_WRENCHES, *_STATES}
 """The messages that are used."""
+TOO_LONG = "Reduce it while it is read, with --decimate-to-hz 100, or read it by its parts."
 AS_TABLE = "Save the topic as CSV, with rostopic echo -p or ros2 topic echo --csv while the bag is played."
 _TYPES_OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
 
@@ -46,11 +50,14 @@ class Collected:
         self._depth_topic, self._joint = split_choice(columns.get("depth", ""))
         self._topics: dict[str, _Topic] = {}
         self.marks: list[Mark] = []
+        self.count = 0  # messages since the last cut
         self._undecoded = self._mark_bytes = 0
         self._others: dict[str, str] = {}
+        self._standing: dict[str, Mark] = {}  # the last mark of each kind
 
     def take(self, topic: str, message: str, counter: int, arrival: int, device: int, data: bytes) -> None:
         """Add one message of the type ``message``; types other than those of force, depth and marks are ignored."""
+        self.count += 1
         try:
             if message in _WRENCHES:
                 stamp, values = wrench_of(data, message)
@@ -84,7 +91,36 @@ class Collected:
         if len(data) > _MAX_MARK_BYTES:
             raise ValueError("a mark of this size is damaged")
         facts = json.loads(string_of(data))
-        self.marks.append(Mark(arrival, str(facts.pop("kind")), facts))
+        mark = Mark(arrival, str(facts.pop("kind")), facts)
+        if mark.kind not in STANDING or mark != self._standing.get(
+            mark.kind
+        ):  # each part of a recording repeats those that hold
+            self._standing[mark.kind] = mark
+            self.marks.append(mark)
+
+    def cut(self) -> "Collected":
+        """Take out what was collected up to half a second before the last message that force and depth both have. What
+        came later remains here, with some of the motion before, between which depth is interpolated, and the bias."""
+        used = [
+            self._topic(*each)
+            for each in (("force", self._force_topic, WRENCH_TOPIC), ("depth", self._depth_topic, AXIS_TOPIC))
+        ]
+        last = [joint.arrivals().max() for topic in used if topic for joint in self._topics[topic].joints.values()]
+        end = min(last, default=0) - _OVERLAP_NS
+        if force := used[0]:  # of a motion that ended there is no more
+            arrivals = self._topics[force].joints[""].arrivals()
+            end = end if 2 * np.count_nonzero(arrivals <= end) > len(arrivals) else int(arrivals.max())
+        taken = copy(self)
+        taken._topics, later = {}, {}
+        for name, topic in self._topics.items():
+            since = end if topic.message in _WRENCHES else end - 2 * _OVERLAP_NS
+            until = end if topic.message in _WRENCHES else math.inf
+            taken._topics[name] = topic.kept(lambda arrival, until=until: arrival <= until)
+            later[name] = topic.kept(lambda arrival, since=since: arrival > since)
+        bias = [each for each in self.marks if each.kind == "bias" and each.arrival <= end][-1:]
+        self._topics, self.count, self._mark_bytes = later, 0, 0
+        self.marks = bias + [each for each in self.marks if each.arrival > end - _OVERLAP_NS and each not in bias]
+        return taken
 
     def wrench(self) -> Messages:
         """The messages of the only topic with wrenches, or of the chosen one."""
@@ -144,6 +180,10 @@ class _Topic:
     message: str
     joints: dict[str, "_Joint"]
 
+    def kept(self, chosen: Callable[[np.ndarray], np.ndarray]) -> "_Topic":
+        """Only the messages of which the time of arrival is chosen."""
+        return _Topic(self.message, {name: each.kept(chosen(each.arrivals())) for name, each in self.joints.items()})
+
     def add(self, joints: Mapping[str, tuple[float, ...]], times: tuple[int, ...]) -> None:
         """Add the counter and times of one message, and the values of each of its joints."""
         if max(times) >= 1 << 63:
@@ -154,7 +194,7 @@ class _Topic:
                 joint.add(times, values)
                 if len(joint) > MAX_SAMPLES:
                     limit = f"at most {MAX_SAMPLES} are read: nine hours at 1 kHz"
-                    raise InputError("number of messages", f"over {MAX_SAMPLES}", limit, next_step="Split the file.")
+                    raise InputError("number of messages", f"over {MAX_SAMPLES}", limit, next_step=TOO_LONG)
 
 
 class _Joint:
@@ -170,6 +210,17 @@ class _Joint:
         self._times.extend(times)
         self._values.extend(values)
 
+    def arrivals(self) -> np.ndarray:
+        """The times of arrival (n,) [ns]."""
+        return np.array(self._times).reshape(-1, 4)[:, 1]
+
+    def kept(self, mask: np.ndarray) -> "_Joint":
+        """The messages where ``mask`` (n,) is True."""
+        kept = _Joint()
+        for mine, its in ((self._times, kept._times), (self._values, kept._values)):
+            its.frombytes(np.array(mine).reshape(len(mask), -1)[mask].tobytes())
+        return kept
+
     def messages(self, topic: str, width: int) -> Messages:
-        counters, *times = np.array(self._times).reshape(-1, 4).T
-        return in_sequence(counters, [*times, np.array(self._values).reshape(-1, width)], topic)
+        counters, *times = np.frombuffer(self._times, np.int64).reshape(-1, 4).T
+        return in_sequence(counters, [*times, np.frombuffer(self._values).reshape(-1, width)], topic)

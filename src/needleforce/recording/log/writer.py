@@ -2,7 +2,9 @@
 """Writing of live recordings, append-only and complete at every flush; and of any recording as a log."""
 
 import json
+import math
 import os
+import secrets
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -10,7 +12,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ...errors import InputError
-from ...files import atomic_write, checked_target
+from ...files import MAX_PART_SAMPLES, atomic_write, checked_target
 from ..recording import Recording
 from .ros_messages import (
     JOINT_STATE,
@@ -23,15 +25,24 @@ from .ros_messages import (
 )
 
 WRENCH_TOPIC, AXIS_TOPIC, MARKS_TOPIC = "/needle/wrench", "/needle/axis", "/needle/marks"
-CARD, END = "needleforce", "needleforce.end"  # names of the metadata records
+CARD, PART, END = "needleforce", "needleforce.part", "needleforce.end"  # names of the metadata records
+CONTINUED = "continued"  # in the last record of a part: the name of the next one
+_MAX_PARTS = 9999  # whose names sort; the last one takes what is left
+STANDING = ("bias", "axis", "phase")  # marks that hold until the next of their kind: each part repeats them
 _TOPICS = {WRENCH_TOPIC: WRENCH_STAMPED, AXIS_TOPIC: JOINT_STATE, MARKS_TOPIC: STRING}
 _AXES = ("fx", "fy", "tx", "ty", "tz")
 _CLOCKS = range(2**63)  # [ns] that readers accept
 _STAMPS = range(-(2**31) * 10**9, 2**31 * 10**9)  # [ns]: a header holds seconds as int32
 
 
+def part_path(path: Path, number: int) -> Path:
+    """The file of a part: ``run.mcap``, ``run.part0002.mcap``, and so on, in the order in which they sort."""
+    return path if number == 1 else path.with_name(f"{path.stem}.part{number:04}{path.suffix}")
+
+
 class LogWriter:
-    """An MCAP file to which wrenches, states of the axis and marks are appended during a run.
+    """MCAP files to which wrenches, states of the axis and marks are appended during a run: one, or several parts of
+    which each is complete. A part ends where the next one, with card and marks, has begun.
 
     Parameters
     ----------
@@ -40,7 +51,12 @@ class LogWriter:
     card : mapping
         The provenance, as text.
     file : binary file, optional
-        An open empty file without buffer, to which is written instead of a new one; ``path`` then only names it.
+        An open empty file without buffer, to which is written instead of a new one; ``path`` then only names it, and
+        there is one part.
+    part_samples : int
+        Wrenches after which the next part begins.
+    part_time : float
+        Time [s] after which the next part begins.
 
     Raises
     ------
@@ -55,26 +71,73 @@ class LogWriter:
     ``sequence`` is the sender's counter; it is stored modulo 2^32.
     """
 
-    def __init__(self, path: str | os.PathLike, card: Mapping[str, str], file: BinaryIO | None = None):
+    def __init__(
+        self,
+        path: str | os.PathLike,
+        card: Mapping[str, str],
+        file: BinaryIO | None = None,
+        *,
+        part_samples: int = MAX_PART_SAMPLES,
+        part_time: float = math.inf,
+    ):
+        self._path, self._card = Path(path), {key: str(value) for key, value in card.items()}
+        self._run = "" if file else secrets.token_hex(8)
+        self._part_samples, self._part_time = part_samples, 1e9 * part_time
+        self._number = self._begun = self._part_began = 0  # of this part: number, first wrench, and its arrival
+        self._first: int | None = None  # stamp of the first wrench
+        self._count = self.kept = self._marks = 0
+        self._standing: dict[str, tuple[int, dict[str, Any]]] = {}
+        self._begin(file, 0)
+
+    def _begin(self, file: BinaryIO | None, stamp: int) -> None:
+        """Begin the next part, whose first wrench has this stamp."""
         from mcap.writer import CompressionType, Writer
 
-        self._file = _Appended(Path(path), file)
-        self._writer = Writer(self._file, compression=CompressionType.ZSTD)
-        self._count = self._kept = self._marks = 0
+        path = part_path(self._path, self._number + 1)
+        appended = _Appended(path, file)
+        writer = Writer(appended, compression=CompressionType.ZSTD)
+        start = 0.0 if self._first is None else 1e-9 * (stamp - self._first)
+        part = {"run": self._run, "part": str(self._number + 1), "start_s": repr(start)}
         try:
-            self._writer.start("ros2", "needleforce")
-            self._writer.add_metadata(CARD, {key: str(value) for key, value in card.items()})
-            self._wrench, self._axis, self._notes = (self._channel(*each) for each in _TOPICS.items())
+            writer.start("ros2", "needleforce")
+            writer.add_metadata(CARD, self._card)
+            if self._run:
+                writer.add_metadata(PART, part)
+            channels = [_channel(writer, *each) for each in _TOPICS.items()]
         except OSError as error:
-            self._file.close()
+            appended.close()
             if file is None:
-                Path(path).unlink()
+                path.unlink()
             raise _refusal(error, path) from None
+        self._file, self._writer, self._number, self._begun = appended, writer, self._number + 1, self._count
+        self._wrench, self._axis, self._notes = channels
+
+    def _continue(self, arrival: int, stamp: int) -> None:
+        """Begin the next part, then finish this one, which names it: what is missing later was lost later."""
+        self.flush()
+        file, writer = self._file, self._writer
+        self._begin(None, stamp)
+        self._part_began = arrival
+        try:
+            writer.add_metadata(END, {CONTINUED: self._file.path.name})
+            writer.finish()
+        except OSError as error:
+            raise _refusal(error, file.path, f"{self.kept} wrenches up to the last flush are kept") from None
+        finally:
+            file.close()
+        for kind, (at, facts) in self._standing.items():
+            self.mark(at, kind, **facts)
 
     def wrench(self, sequence: int, arrival: int, device: int, stamp: int, wrench: Sequence[float]) -> None:
         """Append one sample of the sensor: fx fy fz [N] tx ty tz [N m] as measured."""
         self._check_times(arrival, device, stamp)
+        if self._first is None:
+            self._first, self._part_began = stamp, arrival
+        elif self._count - self._begun >= self._part_samples or arrival - self._part_began >= self._part_time:
+            if self._run and self._number < _MAX_PARTS:
+                self._continue(arrival, stamp)
         self._add(self._wrench, arrival, wrench_message(stamp, wrench), device, sequence)
+        self._count += 1
 
     def state(self, sequence: int, arrival: int, device: int, stamp: int, depth: float, velocity: float) -> None:
         """Append one state of the axis: depth [m], positive inwards, and velocity [m/s]."""
@@ -83,6 +146,8 @@ class LogWriter:
 
     def mark(self, arrival: int, kind: str, **facts: Any) -> None:
         """Append a mark: its kind, and facts that can be represented in JSON."""
+        if kind in STANDING:
+            self._standing[kind] = arrival, facts
         text = json.dumps({"kind": kind, **facts}, default=lambda value: value.tolist())
         self._add(self._notes, arrival, string_message(text), arrival, self._marks)
         self._marks += 1
@@ -93,7 +158,7 @@ class LogWriter:
         The call does not wait for the disk, which can take seconds: the caller must be able to stop the needle.
         """
         self._guarded(self._writer.flush)
-        self._kept = self._count
+        self.kept = self._count
 
     def close(self, end: Mapping[str, str]) -> None:
         """Write why the run ended, then index and footer, and wait for the disk. A second call does nothing."""
@@ -116,24 +181,26 @@ class LogWriter:
                 advice = "Check the clock or counter of the device."
                 raise InputError("time of a sample", f"{time} ns", limit, str(self._file.path), advice)
 
-    def _channel(self, topic: str, message: str) -> int:
-        schema = self._writer.register_schema(message, "ros2msg", schema_text(message).encode())
-        return self._writer.register_channel(topic, "cdr", schema)
-
     def _add(self, channel: int, arrival: int, data: bytes, device: int, sequence: int) -> None:
         message = channel, arrival, data, device, sequence & 0xFFFFFFFF
         self._guarded(self._writer.add_message, *message)
-        self._count += 1
 
     def _guarded(self, write: Callable[..., object], *arguments: Any) -> None:
         """Call ``write``; an error of the file becomes an InputError and closes it."""
         if self._file.closed:
             raise InputError("recording", "closed", "nothing more can be written", str(self._file.path))
+        before = self._file.tell()
         try:
             write(*arguments)
         except OSError as error:
             self._file.close()
-            raise _refusal(error, self._file.path, f"{self._kept} messages up to the last flush are kept") from None
+            self.kept = self._count if self._file.tell() > before else self.kept  # only the index of a chunk is missing
+            raise _refusal(error, self._file.path, f"{self.kept} wrenches up to the last flush are kept") from None
+
+
+def _channel(writer: Any, topic: str, message: str) -> int:
+    schema = writer.register_schema(message, "ros2msg", schema_text(message).encode())
+    return writer.register_channel(topic, "cdr", schema)
 
 
 class _Appended:

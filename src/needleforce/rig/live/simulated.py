@@ -80,8 +80,6 @@ class SimulatedRig:
         faults: Mapping[str, float] | None = None,
         sensor: Sensor | None = None,
     ):
-        if not isinstance(seed, int | np.integer) or seed < 0:
-            raise InputError("seed", repr(seed), "must be an integer, at least 0")
         self.faults = checked_faults(faults or {})
         of_sensor, of_encoder, of_faults = streams(seed, _KEY, 3)
         self.axis = Axis(self.faults["stall_at_s"])
