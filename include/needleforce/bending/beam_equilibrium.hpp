@@ -320,11 +320,6 @@ class BeamEquilibrium {
           length * (stiffness * path.entry()[d] + (stiffness - at.secant) * offset[d]);
   }
 
-  /// The foundation along a length too short for elements [N/m]; a path that the tip writes goes along.
-  static double short_part(const BeamProperties& properties, const Load& load) noexcept {
-    return properties.layers[0].modulus * load.embedded * (load.cuts ? 1.0 / 3.0 : 1.0);
-  }
-
   /// The base where it is held, or on its springs.
   void hold_base(Equations& equations, const Support& support, const Load& load) const noexcept {
     const double h = mesh_.h();

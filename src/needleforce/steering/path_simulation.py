@@ -99,6 +99,6 @@ def simulated_path(
 
 def _fine_enough(values: dict[str, float], needle: core.Needle, axial: Model | None) -> FlexibleInsertion:
     """The insertion as finely as a search needs it."""
-    fineness = {"elements": ELEMENTS, "path_spacing": PATH_SPACING, "max_slope": 1.5}
+    fineness = {"elements": ELEMENTS, "path_spacing": PATH_SPACING, "small_slopes": True, "max_slope": 1.5}
     layers = lateral_layers(values, tip_force_of(values))
     return FlexibleInsertion(axial, needle, lateral=layers, **fineness, **guide_of(values, needle))

@@ -9,7 +9,7 @@ import numpy as np
 from .base_motion import BaseMotion
 from .plan_problem import CLEARANCE, EFFORT, TARGET, PlanProblem
 
-_STEP = 3e-4  # of a derivative, in shares of the limit and radians
+_STEP = 1e-4  # of a derivative, in shares of the limit and radians
 _DIRECTIONS = 8  # of the starts where the first ends in front of an obstacle
 _ENOUGH = 60  # evaluations of a search
 _CLOSE = 2.5 * TARGET  # [m] of a target that is met

@@ -148,7 +148,7 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
     if not len(motion) or np.any(np.diff(motion.depth) < 0.0):
         limit, step = "must have rows and not decrease", "For a withdrawal, call run of a FlexibleInsertion."
         raise InputError("depth of the base motion", f"{len(motion)} rows", limit, next_step=step)
-    flex = model if isinstance(model, FlexibleInsertion) else steered.insertion(axial)
+    flex = model if isinstance(model, FlexibleInsertion) else steered.insertion(axial, small_slopes=True)
     flex.reset()
     depth = np.maximum.accumulate(np.maximum(motion.depth - steered.values.get("surface", 0.0), 0.0))
     path = TipPath("run", motion.lateral, np.column_stack([0.0 * motion.lateral, depth]), None, roll=motion.roll)
