@@ -248,7 +248,8 @@ class _Work:
 
     def conditions(self, tasks: list[ConditionTask], keys: Sequence[str]) -> list[Condition]:
         """The conditions in the order of the tasks. Raises InputError if it is that of every one."""
-        found = {k: decoded_condition(content) for k, content in enumerate(map(self._kept, keys)) if content}
+        kept = () if self.state is None else map(self.state.result, keys)
+        found = {k: decoded_condition(content) for k, content in enumerate(kept) if content}
         # the longest first: at the end no worker waits for one that began late
         waiting = sorted((k for k in range(len(tasks)) if k not in found), key=lambda k: -_size(tasks[k]))
         refused: list[InputError] = []
@@ -272,9 +273,6 @@ class _Work:
 
     def _outcomes(self, function: Callable, tasks: list, block: int, text: str) -> Iterable[tuple[int, Any]]:
         return outcomes(self.workers, function, tasks, block=block, progress=self.options.progress, text=text)
-
-    def _kept(self, key: str) -> bytes | None:
-        return None if self.state is None else self.state.result(key)
 
     def _file_key(self, task: FileTask, stamp: tuple[int, ...]) -> str:
         reading = {row.name: self._settings[row.name] for row in fields(self.reading)}
