@@ -63,16 +63,8 @@ def test_a_number_without_unit_has_the_next_step_that_is_stated():
         checks.above_zero("delay", 0)
 
 
-def test_arrays_are_finite_and_points_have_three_numbers():
-    assert checks.finite_array("depth", [[1, 2]], "Leave it out.").tolist() == [[1.0, 2.0]]
-    assert checks.finite_array("depth", [], "Leave it out.").size == 0
+def test_points_have_three_finite_numbers():
     assert checks.in_range("target", (0, 1, -1), checks.TRAVEL, "Give it in m.", (3,)).tolist() == [0.0, 1.0, -1.0]
-    for wrong in ([1.0, np.nan], [np.inf], "abc", [[1.0], [2.0, 3.0]], None):
-        with pytest.raises(nf.InputError, match=r"^depth is not finite, must be numbers\. Leave it out\.$"):
-            checks.finite_array("depth", wrong, "Leave it out.")
-    for wrong in ((1.0, 2.0), [[1.0, 2.0, 3.0]], 1.0, "abc", [[1.0], [2.0, 3.0]]):
-        with pytest.raises(nf.InputError, match=r"^depth is shape .*, must be \(3,\)\. Leave it out\.$"):
-            checks.finite_array("depth", wrong, "Leave it out.", (3,))
     for wrong in ((1.0, 2.0), (1.0, 2.0, np.nan), (1.0, 2.0, np.inf), [[1.0, 2.0, 3.0]], "abc", ("a", "b", "c"), None):
         with pytest.raises(nf.InputError, match=r"^target(?: in row \d)? is .*\. Give x, y, z in m\.$"):
             checks.in_range("target", wrong, checks.TRAVEL, "Give x, y, z in m.", (3,))

@@ -64,16 +64,6 @@ def finite_number(quantity: str, value: float, next_step: str) -> float:
     raise InputError(quantity, repr(value)[:60], "not a finite number", next_step=next_step)
 
 
-def finite_array(quantity: str, values: ArrayLike, next_step: str, shape: tuple[int, ...] | None = None) -> np.ndarray:
-    """The values as an array if all of them are finite and its shape, where one is stated, is this."""
-    array = _array(values)
-    if shape is not None and array.shape != shape:
-        raise InputError(quantity, f"shape {array.shape}", f"must be {shape}", next_step=next_step)
-    if np.all(np.isfinite(array)):
-        return array
-    raise InputError(quantity, "not finite", "must be numbers", next_step=next_step)
-
-
 def in_range(
     quantity: str,
     values: ArrayLike,

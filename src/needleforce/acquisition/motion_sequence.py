@@ -111,16 +111,12 @@ class MotionSequence:
         if not answer.accepted:
             raise RunEnded(EndReason.MOVE_REFUSED, answer.reason)
         number_before, begun, self._travelled = self.state.number, self._now, []
-        max_duration = self._max_duration(abs(depth - start), speed)
+        max_duration = 5.0 + 2.0 * (abs(depth - start) / speed + speed / self._axis.limits.max_acceleration)
         while not self._arrived(number_before, begun, depth):
             if self._now - begun > max_duration:
                 raise RunEnded(EndReason.AXIS_STALLED, f"not at {1e3 * depth:.3f} mm after {max_duration:.1f} s")
             self._check_progress(depth, speed)
             yield
-
-    def _max_duration(self, travel: float, speed: float) -> float:
-        """The longest time [s] that a move may take."""
-        return 5.0 + 2.0 * (travel / speed + speed / self._axis.limits.max_acceleration)
 
     def _arrived(self, number_before: int, begun: float, depth: float) -> bool:
         """Whether the axis rests at its target. Raises RunEnded if it rests elsewhere."""

@@ -199,7 +199,9 @@ class _Cantilever:
         if small is None:
             return None
         guess = np.array([-math.log(small[0]), small[1], max(small[2], 0.0) if len(small) > 2 else 0.0][: 2 + clamp])
-        size = np.array([1.0, float(np.abs(self.deflection).max()), self._clamp_size(small[0])][: 2 + clamp])
+        # a clamp compliance [rad/(N m)] that bends as much as the needle
+        clamping = float(np.median(self.position)) * small[0] / self.needle.second_moment
+        size = np.array([1.0, float(np.abs(self.deflection).max()), clamping][: 2 + clamp])
         # far beyond small deflections the first guess is too stiff, and the fit may end at a rod that does not bend
         load = np.abs(self.force) * self.position**2 * small[0] / self.needle.second_moment
         softer = SOFTER_STARTS if load.max() > SMALL_DEFLECTION else ()
@@ -243,10 +245,6 @@ class _Cantilever:
         found = least_squares(lambda z: self.residual((z - shift) * size), start / size + shift, **options)
         found.x = found.x - shift
         return found
-
-    def _clamp_size(self, softness: float) -> float:
-        """A clamp compliance [rad/(N m)] that bends as much as the needle."""
-        return float(np.median(self.position)) * softness / self.needle.second_moment
 
 
 def _clamp_note(fit: BendingFit, problem: _Cantilever, given: float | None) -> list[str]:

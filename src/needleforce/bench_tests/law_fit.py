@@ -149,7 +149,7 @@ def solved(name: str, readings: Readings) -> LawFit | None:
         standard_error=error,  # per unit of the noise, until that is known
         freedom=float(unknowns + 1),
         residual=residual,
-        misfit=_rms(residual) / readings.peak,
+        misfit=float(np.sqrt(np.mean(residual**2))) / readings.peak,
         criterion=math.nan,
         stable=stable,
         excluded=_why_excluded(name, values[:count], readings, determined),
@@ -202,10 +202,6 @@ def without_unstable(fit: LawFit, readings: Readings) -> LawFit:
             first = path[~stable][np.argmin(np.abs(np.log(path[~stable])))]
             return replace(fit, excluded=f"it softens: not stable (Drucker) at a stretch of {first:.3g}, {mode}")
     return fit
-
-
-def _rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def fit_ogden(

@@ -151,7 +151,7 @@ def _short(group: str) -> str:
 
 def needles_figure(figure: "Drawing", sheet: Sheet, shown: Sequence[PenetrationTest]) -> None:
     """The curve of each needle with its marked peaks and plateau, each on its own scales."""
-    columns = _cell_columns(sheet)
+    columns = max(int(sheet.width // (CELL[0] if not sheet.narrow else 0.8 * CELL[0])), 1)
     height, wide, high = 72.0 * figure.get_figheight(), sheet.width / columns, CELL[1]
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set(xlim=(0.0, sheet.width), ylim=(0.0, height))
@@ -185,10 +185,6 @@ def _cell(axes: "Axes", test: PenetrationTest, box: tuple[float, float, float, f
         del marks[1]
     for each, (mark, edge, fill) in zip(test.features, marks):
         axes.plot(across(each.travel), up(each.force), mark, mec=edge, mfc=fill, ms=4.2, mew=1.0, zorder=5)
-
-
-def _cell_columns(sheet: Sheet) -> int:
-    return max(int(sheet.width // (CELL[0] if not sheet.narrow else 0.8 * CELL[0])), 1)
 
 
 def penetration_page(tests: PenetrationTests) -> Page:

@@ -236,17 +236,14 @@ def inflation_of(residuals: Sequence[np.ndarray], lost: float) -> float:
     neighbours, which a fit of ``lost`` coefficients lowers by ``lost``/n. By the same r a smooth misfit of m half waves
     would count as 2.5 m^2/n: less than one for each wave. A wave, that is two runs of one sign, counts as one at least.
     """
-    count, changes = sum(map(len, residuals)), sum(map(_changes, residuals))
+    count = sum(map(len, residuals))
+    changes = sum(int(np.count_nonzero(np.diff(np.sign(each)))) for each in residuals)
     squares = sum(float(each @ each) for each in residuals)
     if not squares > 0.0:
         return 1.0
     r = sum(float(each[1:] @ each[:-1]) for each in residuals) / squares
     r = min(max(r + lost / count, 0.0), 1.0 - 1.0 / count)
     return max(1.0, min((1.0 + r) / (1.0 - r), 2.0 * count / (changes + len(residuals))))
-
-
-def _changes(residual: np.ndarray) -> int:
-    return int(np.count_nonzero(np.diff(np.sign(residual))))
 
 
 def _estimate(fits: tuple[LawFit, ...], curves: tuple[StressCurve, ...], chosen: bool) -> Estimate:

@@ -108,10 +108,6 @@ def _split(header: str) -> tuple[str, str]:
     return (name, unit) if unit and is_unit(unit) else (header, "")
 
 
-def _words(header: str) -> list[str]:
-    return [word for word in re.split(r"[\W_]+", header.casefold()) if word]
-
-
 def column_of(table: BenchTable, quantity: str, given: Mapping[str, str]) -> int | None:
     """The index of the column of a quantity: the one given by name or number, or recognised; None without one.
 
@@ -135,7 +131,7 @@ def column_of(table: BenchTable, quantity: str, given: Mapping[str, str]) -> int
 
 def _recognise(quantity: str, phrase: str, exact: bool, header: str) -> str | None:
     """The quantity, if the phrase is a header, or is in one, that names no other quantity."""
-    own = _words(_split(header)[0])
+    own = [word for word in re.split(r"[\W_]+", _split(header)[0].casefold()) if word]
     return quantity if _matches(own, phrase.split(), exact) and not _longer_phrase(own, quantity) else None
 
 

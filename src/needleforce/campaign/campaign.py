@@ -15,7 +15,6 @@ import numpy as np
 
 from ..core import Needle
 from ..errors import InputError
-from ..files import digest
 from ..identification import identify
 from ..preset_files import needle_of
 from ..recording import Recording
@@ -26,7 +25,7 @@ from ..state_folder import StateFolder, key_of
 from ..vocabulary import Status, __version__
 from .checks import wrong_labels
 from .condition import ConditionTask, failed, identified
-from .file_facts import FileFacts, FileTask, facts_of, stamp_of
+from .file_facts import FileFacts, FileTask, content_of, facts_of, stamp_of
 from .folder_files import File, find_files
 from .kept_results import Plan, decoded, decoded_condition, encoded
 from .labels import REPEATS, Label, grouped, inferred, label_files
@@ -191,7 +190,7 @@ class _Work:
         if self.reading.mapping is not None:
             given["mapping"] = repr(load_mapping(self.reading.mapping))
         model = self.options.model
-        content = _digest(Path(model)) if isinstance(model, str | os.PathLike) else ""
+        content = content_of(Path(model)) if isinstance(model, str | os.PathLike) else ""
         return given | {"model": f"{model!r} {content}".rstrip(), "needle": repr(self.needle)}
 
     def read(self, files: list[File], used: set[File]) -> dict[Path, FileFacts]:
@@ -248,7 +247,8 @@ class _Work:
 
     def conditions(self, tasks: list[ConditionTask], keys: Sequence[str]) -> list[Condition]:
         """The conditions in the order of the tasks. Raises InputError if it is that of every one."""
-        found = {k: decoded_condition(content) for k, content in enumerate(map(self._kept, keys)) if content}
+        kept = () if self.state is None else map(self.state.result, keys)
+        found = {k: decoded_condition(content) for k, content in enumerate(kept) if content}
         # the longest first: at the end no worker waits for one that began late
         waiting = sorted((k for k in range(len(tasks)) if k not in found), key=lambda k: -_size(tasks[k]))
         refused: list[InputError] = []
@@ -273,32 +273,21 @@ class _Work:
     def _outcomes(self, function: Callable, tasks: list, block: int, text: str) -> Iterable[tuple[int, Any]]:
         return outcomes(self.workers, function, tasks, block=block, progress=self.options.progress, text=text)
 
-    def _kept(self, key: str) -> bytes | None:
-        return None if self.state is None else self.state.result(key)
-
     def _file_key(self, task: FileTask, stamp: tuple[int, ...]) -> str:
         reading = {row.name: self._settings[row.name] for row in fields(self.reading)}
         path = os.fsencode(task.file.path).hex()
-        in_folder = _digest(task.file.path.with_name(IN_FOLDER))
+        in_folder = content_of(task.file.path.with_name(IN_FOLDER))
         return key_of("file", __version__, reading, (path, stamp, in_folder), (task.is_used, task.speeds))
 
     def _companions(self, path: Path) -> tuple[str, str]:
         """The digests of the files from which a recording takes its options and its motion; empty without them."""
         motion = Path(self._facts[path].motion).name
-        return _digest(path.with_name(IN_FOLDER)), _digest(path.with_name(motion)) if motion else ""
+        return content_of(path.with_name(IN_FOLDER)), content_of(path.with_name(motion)) if motion else ""
 
 
 def _size(task: ConditionTask) -> int:
     """The bytes of a condition's files, by which its time is judged."""
     return sum(sum(stamp_of(each.file.path)[:1]) for each in task.labels)
-
-
-def _digest(path: Path) -> str:
-    """The digest of a file; empty if it cannot be read."""
-    try:
-        return digest(path) if path.is_file() else ""
-    except (InputError, OSError):
-        return ""
 
 
 def _so_far(folder: str | os.PathLike | None) -> Campaign:

@@ -5,8 +5,10 @@ its card, and the speed of its strokes. A worker reads the file for it, and only
 import math
 import os
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -83,13 +85,13 @@ def facts_of(task: FileTask) -> FileFacts:
     """Read a file. No content raises an error."""
     path, began = task.file.path, time.time_ns()
     before = stamp_of(path) if task.kept else ()
-    content = _content(path) if task.kept else ""
+    content = content_of(path) if task.kept else ""
     problem = "" if task.is_used else _problem(path, replace(task.reading, part=None))
     if problem:
         known = FileFacts(problem=problem)
     else:
-        card, motion = _card(path)
-        parts = _parts(path, task.reading)
+        card, motion = _readable(lambda: card_entries(path), ({}, ""))
+        parts = _readable(lambda: tuple(chosen_parts(path, task.reading)), ((task.reading.part, None),))
         bare = task.speeds and not card and len(parts) == 1 and not parts[0][1]
         speed = _speed(path, replace(task.reading, part=parts[0][0])) if bare else math.nan
         known = FileFacts(parts=parts, speed=speed, card=card, motion=motion)
@@ -103,6 +105,19 @@ def facts_of(task: FileTask) -> FileFacts:
     )
 
 
+def content_of(path: Path) -> str:
+    """The digest of a file; empty if it cannot be read."""
+    return _readable(lambda: digest(path) if path.is_file() else "", "")
+
+
+def _readable(read: Callable[[], Any], otherwise: Any) -> Any:
+    """What is read of a file, or what stands for it if it cannot be read."""
+    try:
+        return read()
+    except (InputError, OSError):
+        return otherwise
+
+
 def stamp_of(path: Path) -> tuple[int, ...]:
     """Size and times of change [ns]; empty if the file is not there."""
     try:
@@ -110,13 +125,6 @@ def stamp_of(path: Path) -> tuple[int, ...]:
     except (OSError, ValueError):
         return ()
     return found.st_size, found.st_mtime_ns, found.st_ctime_ns
-
-
-def _content(path: Path) -> str:
-    try:
-        return digest(path)
-    except (InputError, OSError):
-        return ""
 
 
 def _problem(path: Path, options: ReadOptions) -> str:
@@ -127,20 +135,6 @@ def _problem(path: Path, options: ReadOptions) -> str:
     except (InputError, OSError) as error:
         return str(error).replace(f"{path}: ", "").replace(f"{path}, ", "")
     return ""
-
-
-def _card(path: Path) -> tuple[dict[str, str], str]:
-    try:
-        return card_entries(path)
-    except (InputError, OSError):
-        return {}, ""
-
-
-def _parts(path: Path, options: ReadOptions) -> tuple[tuple[str | int | None, str | None], ...]:
-    try:
-        return tuple(chosen_parts(path, options))
-    except (InputError, OSError):
-        return ((options.part, None),)
 
 
 def _speed(path: Path, options: ReadOptions) -> float:

@@ -9,7 +9,6 @@ import msgspec
 import numpy as np
 
 from ..files import decode_toml
-from ..models.model import Model
 from ..preset_files.build import as_toml, build
 from ..preset_files.schema import PresetFile
 from .result import Condition
@@ -45,11 +44,7 @@ def encoded_condition(condition: Condition) -> bytes:
 def decoded_condition(content: bytes) -> Condition:
     """The condition. Raises ValueError for another content."""
     condition, model = decoded(content, tuple[Condition, str])
-    return replace(condition, model=_model(model)) if model else condition
-
-
-def _model(text: str) -> Model:
-    return build(decode_toml(text.encode(), "model", PresetFile))
+    return replace(condition, model=build(decode_toml(model.encode(), "model", PresetFile))) if model else condition
 
 
 def _plain(value: Any) -> Any:

@@ -60,7 +60,9 @@ def run(
     write_json(done.table, json)
     for _ in progress([None], "writing the report"):
         title = "The paper's experiment, reproduced"
-        done.fit.report(out / "report.html", title=title, table=_labelled(done.table))
+        absent = {"true": "not yet", "identified": "not yet"}
+        shown = [row | absent if row["identified"] is None else row for row in done.table]
+        done.fit.report(out / "report.html", title=title, table=shown)
     if json != "-":
         table(
             "the paper's experiment at 3 mm/s: five sites, two insertions each",
@@ -140,8 +142,3 @@ def _cells(row: TableRow) -> list[str]:
     identified = quantity(row.identified, row.low, row.high, row.unit)
     bias = f"{100 * (row.identified / row.true - 1):+.1f} %".replace("-0.0 %", "0.0 %").replace("+0.0 %", "0.0 %")
     return [row.quantity, str(paper), str(quantity(row.true, None, None, row.unit)), str(identified), bias]
-
-
-def _labelled(table: list[dict]) -> list[dict]:
-    """The table for the report: values that are not available are shown as "not yet"."""
-    return [row | {key: "not yet" for key in ("true", "identified") if row["identified"] is None} for row in table]

@@ -2,7 +2,6 @@
 """``needleforce laws``: all laws with their parameters, ranges, units and sources; applicable laws; named models."""
 
 from dataclasses import asdict
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import msgspec
@@ -13,7 +12,7 @@ from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, table, write_json
 
 if TYPE_CHECKING:
-    from ..core import Needle, Tissue
+    from ..core import Tissue
 
 COLUMNS = ["law", "part", "parameter", "unit", "range", "default", "meaning", "source"]
 
@@ -84,35 +83,27 @@ def _references() -> tuple:
 
 def _applicable(needle: str | None, tissue: str | None, lengths: dict[str, float | None]) -> tuple:
     from ..models.validity import applicable_laws
+    from ..preset_files import needle_of
 
     in_metres = {name: None if length is None else 1e-3 * length for name, length in lengths.items()}
-    found = applicable_laws(_needle(needle), _tissue(tissue, needle), **in_metres)
+    body = None if needle is None else needle_of(needle)
+    found = applicable_laws(body, _tissue(tissue, needle), **in_metres)
     rows = [[one.law.name, one.law.family, one.verdict, one.reason] for one in found]
     keys = ["law", "part", "verdict", "reason"]
     return keys, rows, [dict(zip(keys, row)) for row in rows]
-
-
-def _file(name_or_path: str) -> str | Path:
-    from ..preset_files.presets import FOLDER, presets
-
-    return FOLDER / f"{name_or_path}.toml" if name_or_path in presets() else name_or_path
-
-
-def _needle(source: str | None) -> "Needle | None":
-    from ..preset_files import needle_of
-
-    return None if source is None else needle_of(source)
 
 
 def _tissue(name_or_path: str | None, needle: str | None) -> "Tissue | None":
     """The tissue of its own file or preset, otherwise of the needle's, None without either."""
     from ..preset_files import preset
     from ..preset_files.build import read_tissue
+    from ..preset_files.presets import FOLDER, presets
 
     source = needle if name_or_path is None else name_or_path
     if source is None or source.endswith(".json"):
         return None if source is None else preset(source).tissue
-    return read_tissue(_file(source), required=name_or_path is not None)
+    file = FOLDER / f"{source}.toml" if source in presets() else source
+    return read_tissue(file, required=name_or_path is not None)
 
 
 def _described(law: type) -> dict:

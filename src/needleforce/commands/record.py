@@ -144,13 +144,10 @@ def _stop_text(axis: "MotionAxis", moves: list[tuple[float, float]]) -> str:
     """The distance within which the axis must stop, for the fastest of the moves."""
     from ..acquisition.axis_check import stop_distance
 
-    speed = min(axis.limits.max_speed, max(speed for _, speed in _motions(moves)))
+    # a move to where the one before ends is a hold, and its second number a time
+    speeds = [move[1] for before, move in zip([None, *moves], moves) if before is None or move[0] != before[0]]
+    speed = min(axis.limits.max_speed, max(speeds))
     return f"; a stop from {1e3 * speed:g} mm/s takes at most {1e3 * stop_distance(axis.limits, speed):.2f} mm"
-
-
-def _motions(moves: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """The moves without holds, whose second number is a time."""
-    return [move for before, move in zip([None, *moves], moves) if before is None or move[0] != before[0]]
 
 
 def _check_usage(given: RecordFlags) -> None:

@@ -109,7 +109,8 @@ class Section:
         }
         one_of("quantity", quantity, at_corners)
         values = at_corners[quantity]()
-        places = self.corners if quantity in ("displacement", "magnitude") else self._centres
+        centres = np.repeat(self.corners.mean(axis=1, keepdims=True), 3, axis=1)
+        places = self.corners if quantity in ("displacement", "magnitude") else centres
         seen = np.where(self._inside(places), values, np.nan)
         low, high = np.nanargmin(seen), np.nanargmax(seen)
         at = [tuple(map(float, places.reshape(-1, 2)[each])) for each in (low, high)]
@@ -134,10 +135,6 @@ class Section:
     def _stress_along(self) -> np.ndarray:
         axes = self.tensor[:, : len(self.along), : len(self.along)]
         return np.einsum("i,tij,j->t", self.along, axes, self.along)
-
-    @property
-    def _centres(self) -> np.ndarray:
-        return np.repeat(self.corners.mean(axis=1, keepdims=True), 3, axis=1)
 
     def _inside(self, places: np.ndarray) -> np.ndarray:
         half = 0.5 * (self.across[1] - self.across[0])

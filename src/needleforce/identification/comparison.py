@@ -211,15 +211,12 @@ def _model_table(rows: Sequence[ModelRow]) -> Markup:
     """The table of models, with their notes."""
     strong = {"best": element("strong", "best")}
     shown = (
-        (element("strong", _breakable(row[0])), *row[1:-1], strong.get(row[-1], row[-1])) for row in model_rows(rows)
+        # a narrow column breaks the name only after an underscore
+        (element("strong", join(row[0].split("_"), "_<wbr>")), *row[1:-1], strong.get(row[-1], row[-1]))
+        for row in model_rows(rows)
     )
     sentences = [f"{row.model}: {sentence}" for row in rows for sentence in row.notes]
     return join([table(MODELS, shown, class_="cards numbers dense models"), listing(sentences, class_="notes")])
-
-
-def _breakable(name: str) -> Markup:
-    """A name that a narrow column breaks only after an underscore."""
-    return join(name.split("_"), "_<wbr>")
 
 
 def _figure(rows: Sequence[ModelRow]) -> Figure | str:
@@ -266,18 +263,13 @@ def _held_out(rows: Sequence[ModelRow]) -> Figure | str:
 def model_rows(rows: Sequence[ModelRow]) -> list[tuple[str, ...]]:
     """Each model of a comparison as text under ``MODELS``, in the order of ``rows``."""
     bic = [(row.evidence, row.evidence - row.bic + row.bic_correlated) for row in rows]
-    lowest = [_lowest(each) for each in zip(*bic)]
+    lowest = [min(filter(math.isfinite, each), default=math.nan) for each in zip(*bic)]
     return [
         (row.model, *(_number(own - low, 0) for own, low in zip(bic[k], lowest)), str(row.parameters),
          _share(row.nrmse), _share(row.left_out), _number(row.prediction, 2), _number(row.replay, 2),
          *(_number(each, 2) for each in row.by_stroke), _verdict(k, row))
         for k, row in enumerate(rows)
     ]  # fmt: skip
-
-
-def _lowest(values: Iterable[float]) -> float:
-    """The lowest finite value, or NaN."""
-    return min((value for value in values if math.isfinite(value)), default=math.nan)
 
 
 def _verdict(place: int, row: ModelRow) -> str:

@@ -16,7 +16,7 @@ from ..files import atomic_write, csv_text
 from ..models.model import Model
 from ..preset_files.build import as_toml
 from ..segmentation import Events
-from .estimates import Correlations, Estimate, Quality
+from .estimates import Estimate, Quality
 from .recording_fit import RecordingFit
 from .result import Fit
 from .statistics.draws import Draws
@@ -126,6 +126,7 @@ def _distinguishable(files: tuple[str, ...]) -> list[str]:
 
 def fit_document(fit: Fit) -> dict:
     """The complete fit as a document for JSON."""
+    found = fit.correlations
     return {
         "recordings": [_recording(each) for each in fit.recordings],
         "parameters": _estimates(fit.parameters),
@@ -137,7 +138,7 @@ def fit_document(fit: Fit) -> dict:
         "held_fixed": list(fit.held_fixed),
         "unknown": list(fit.unknown),
         "settings": {} if fit.settings is None else dataclasses.asdict(fit.settings),
-        "correlations": _correlations(fit.correlations),
+        "correlations": None if found is None else {"names": list(found.names), "matrix": found.matrix.tolist()},
         "two_pass": _two_pass(fit.two_pass),
         "ruptures": None,
         "population": None,
@@ -191,10 +192,6 @@ def _two_pass(two_pass: TwoPass | None) -> dict | None:
         "cutting_range": list(two_pass.cutting_range),
         "sites": sites,
     }
-
-
-def _correlations(found: Correlations | None) -> dict | None:
-    return None if found is None else {"names": list(found.names), "matrix": found.matrix.tolist()}
 
 
 def _estimates(parameters: dict) -> list[dict]:

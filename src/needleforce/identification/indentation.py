@@ -148,7 +148,7 @@ def fit_indentation(
     The force of the contact is that of ``nf.contact`` (Sneddon 1965); all samples have the same weight.
     """
     tissue = checked_options(poisson_ratio, baseline)
-    depth, force = _checked(depth, force)
+    depth, force = checked_curve(depth, force)
     zero, known = float(depth.min()), contact_depth is not None
 
     def searched(baseline: str) -> tuple[np.ndarray, ContactSearch, float]:
@@ -214,7 +214,8 @@ def _given_place(contact_depth: float, zero: float, search: ContactSearch) -> fl
     return float(place)
 
 
-def _checked(depth: ArrayLike, force: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+def checked_curve(depth: ArrayLike, force: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Depth and force as arrays (n,). Raises InputError if they are no curve."""
     depth, force = np.asarray(depth, float), np.asarray(force, float)
     if depth.ndim != 1 or depth.shape != force.shape or len(depth) < MIN_LOADING_SAMPLES:
         limit = f"two columns of the same length, at least {MIN_LOADING_SAMPLES} samples, are needed"

@@ -26,7 +26,8 @@ BY_MECHANICS = {"cone", "cone_cylinder", "tip_contact", "no_cutting", "no_relaxa
 def crossed_limits(model: Any) -> tuple[str, ...]:
     """A sentence for each limit that the model's parameters cross."""
     contacts = [check(layer, model) for check in (_slope, _saturation) for layer in model.layers]
-    found = dict.fromkeys((*contacts, _buckling(model), _reach(model), _unverified(model)))
+    unverified = f"Unverified: {'; '.join(model.unverified)}." if model.unverified else ""
+    found = dict.fromkeys((*contacts, _buckling(model), _reach(model), unverified))
     return tuple(sentence for sentence in found if sentence)
 
 
@@ -130,10 +131,6 @@ def _reach(model: Any) -> str:
                 f"law {layer.stiffness.name} holds: its force is continued as a straight line."
             )
     return ""
-
-
-def _unverified(model: Any) -> str:
-    return f"Unverified: {'; '.join(model.unverified)}." if model.unverified else ""
 
 
 class Verdict(StrEnum):

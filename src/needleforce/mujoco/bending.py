@@ -69,15 +69,13 @@ class AttachedBending:
             step = "Point the z axis of the site into the tissue."
             raise InputError("axis of the needle", along.tolist(), limit, next_step=step)
         slope = along[:2] / along[2]
-        self._roll = self._turned(math.atan2(frame[1, 0], frame[0, 0]))
+        angle = math.atan2(frame[1, 0], frame[0, 0])
+        # the same roll, next to the last one
+        self._roll = angle if self._roll is None else self._roll + math.remainder(angle - self._roll, 2.0 * math.pi)
         depth = place[2] + self.place.from_surface
         self.sample = self.needle.step(depth, tuple(place[:2]), roll=self._roll, tilt=tuple(slope), dt=m.opt.timestep)
         self._apply(m, d, axes, along)
         return self.sample
-
-    def _turned(self, angle: float) -> float:
-        """The same roll, next to the last one."""
-        return angle if self._roll is None else self._roll + math.remainder(angle - self._roll, 2.0 * math.pi)
 
     def _apply(self, m: Any, d: Any, axes: np.ndarray, along: np.ndarray) -> None:
         across = np.array([1.0, 0.0, 0.0]) - along[0] * along

@@ -44,7 +44,8 @@ def plugin_xml(source: Any, *, name: str = "needle", bevel: core.Bevel | None = 
         )
     plugin = ElementTree.Element("plugin", plugin=PLUGIN)
     instance = ElementTree.SubElement(plugin, "instance", name=name)
-    for key, value in {**_place(place), **_bevel(bevel), **attributes(model)}.items():
+    bevelled = {} if bevel is None else {f"bevel.{name}": repr(value) for name, value in bevel.parameters().items()}
+    for key, value in {**_place(place), **bevelled, **attributes(model)}.items():
         ElementTree.SubElement(instance, "config", key=key, value=value)
     ElementTree.indent(plugin)
     return ElementTree.tostring(plugin, encoding="unicode")
@@ -84,10 +85,6 @@ def _in_one_line(value: Any) -> str:
 
 def _number(value: Any) -> str:
     return ",".join(repr(float(each)) for each in value) if isinstance(value, tuple) else repr(float(value))
-
-
-def _bevel(bevel: core.Bevel | None) -> dict[str, str]:
-    return {} if bevel is None else {f"bevel.{name}": repr(value) for name, value in bevel.parameters().items()}
 
 
 KEYS = {

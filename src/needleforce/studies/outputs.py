@@ -118,10 +118,6 @@ def _force_at_depth(run: Run, output: Output) -> float:
     return float(np.interp(output.depth, depth, run.force[inwards]))
 
 
-def _work(run: Run, output: Output) -> float:
-    return float(np.trapezoid(run.force, run.depth))
-
-
 def _friction_share(run: Run, output: Output) -> float:
     inwards = slice(0, run.deepest + 1)
     depth = run.depth[inwards]
@@ -149,7 +145,9 @@ OUTPUTS = {
     "puncture_force": OutputKind("N", "largest force up to the first puncture", _puncture_force),
     "force_at_depth": OutputKind("N", "force at depth_mm in the insertion stroke", _force_at_depth),
     "withdrawal_force": OutputKind("N", "smallest force: the largest pull", lambda run, output: float(run.force.min())),
-    "work": OutputKind("J", "work over the whole motion", _work),
+    "work": OutputKind(
+        "J", "work over the whole motion", lambda run, output: float(np.trapezoid(run.force, run.depth))
+    ),
     "friction_share": OutputKind("1", "friction's share of the work in the insertion stroke", _friction_share),
     "curve": OutputKind("N", "force at equal steps of depth in the insertion stroke", _curve),
     "tip_deflection": OutputKind("m", "tip across the axis at the deepest point", _tip_deflection, ("bending",)),

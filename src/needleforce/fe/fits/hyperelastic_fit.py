@@ -16,8 +16,8 @@ from ...checks import finite_number
 from ...display.quantities import plain
 from ...errors import InputError
 from ...identification.estimates import Estimate, EstimateResult
-from ...identification.indentation import MIN_FREE_SAMPLES, MIN_RISE_SIGMA
-from ...identification.one_layer.deformation_fit import FLIP_SIGN, MIN_LOADING_SAMPLES
+from ...identification.indentation import MIN_FREE_SAMPLES, MIN_RISE_SIGMA, checked_curve
+from ...identification.one_layer.deformation_fit import FLIP_SIGN
 from ...identification.statistics.noise import TWO_SIDED, noise_of
 from ..hyperelastic.tissue import HyperelasticTissue
 from ..materials import Hyperelastic, NeoHookean, check_labels
@@ -189,17 +189,7 @@ def _check_choices(bonded: object, steps: object, labels: object, contact_depth:
 
 def _checked(depth: ArrayLike, force: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """One approach, as arrays."""
-    depth, force = np.asarray(depth, dtype=float), np.asarray(force, dtype=float)
-    if depth.ndim != 1 or depth.shape != force.shape or len(depth) < MIN_LOADING_SAMPLES:
-        limit = f"two columns of the same length, at least {MIN_LOADING_SAMPLES} samples, are needed"
-        raise InputError("shapes of depth and force", f"{depth.shape} and {force.shape}", limit)
-    for name, column in (("depth", depth), ("force", force)):
-        wrong = ~np.isfinite(column)
-        if wrong.any():
-            first = int(wrong.argmax())
-            raise InputError(name, column[first], "must be finite", f"sample {first}", "Remove such samples.")
-        if not np.ptp(column) > 0.0:
-            raise InputError(name, f"constant at {column[0]:g}", "must vary", next_step="Check the columns.")
+    depth, force = checked_curve(depth, force)
     above = np.maximum.accumulate(depth) - depth
     if above.max() > _MAX_RETURN * np.ptp(depth):
         place = f"sample {np.argmax(above > _MAX_RETURN * np.ptp(depth))}"

@@ -92,7 +92,8 @@ class _Section:
 def _section(radius: float, cell: float, growth: float, entry: np.ndarray) -> _Section:
     """A rounded square of n x n cells within the needle, and 4 n cells in each ring around it."""
     off = float(np.hypot(*entry))
-    around = _around(radius, cell, growth)
+    # cells in a ring, a multiple of 8, so that at the side they are no longer than wide
+    around = max(_MIN_AROUND, 8 * int(np.ceil(2.0 * np.pi * radius / _width(radius, cell, growth) / 8.0 - 1e-9)))
     core, outline = _core(around // 4)
     widest = 1.0 + off / (radius - cell)  # of a ring, in its mean width
     stops = np.unique([cell, 2.0 * cell, radius])  # one is the needle's radius, in a finer mesh too
@@ -108,11 +109,6 @@ def _section(radius: float, cell: float, growth: float, entry: np.ndarray) -> _S
 def _width(distance: ArrayLike, cell: float, growth: float) -> np.ndarray:
     """Of a ring at a distance from the needle's line [m]."""
     return 0.5 * cell + growth * (np.asarray(distance) - cell)
-
-
-def _around(radius: float, cell: float, growth: float) -> int:
-    """Number of cells in a ring, a multiple of 8, so that at the side they are no longer than wide."""
-    return max(_MIN_AROUND, 8 * int(np.ceil(2.0 * np.pi * radius / _width(radius, cell, growth) / 8.0 - 1e-9)))
 
 
 def _core(n: int) -> tuple[np.ndarray, np.ndarray]:

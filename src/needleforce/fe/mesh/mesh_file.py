@@ -322,13 +322,10 @@ def _named(blocks: list[_Block], renamed: Mapping | None, option: str, place: st
         result.append((each, np.array([label_of[key] for key in each.labels], dtype=object)))
     unknown = [key for key in renamed if key not in seen and key not in seen.values()]
     if unknown:
-        known = ", ".join(_shown(key, name) for key, name in seen.items() if key is not None) or "none"
+        shown = (str(key) if key == name else f"{key} ({name})" for key, name in seen.items() if key is not None)
+        known = ", ".join(shown) or "none"
         raise InputError(option, repr(unknown[0]), f"is not in the file, which has {known}", place)
     return result
-
-
-def _shown(key: int | str, name: object) -> str:
-    return str(key) if key == name else f"{key} ({name})"
 
 
 def _boundaries(blocks: list[_Block], sets: Table, renamed: Mapping | None, place: str) -> dict[str, np.ndarray]:

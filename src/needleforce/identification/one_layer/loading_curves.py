@@ -97,11 +97,6 @@ def _cone_cylinder(values: Mapping[str, float], half_angle: float) -> Any:
     return core.laws.ConeCylinder(_modulus(values, half_angle), half_angle, radius)
 
 
-def _polynomial(values: Mapping[str, float], half_angle: float) -> Any:
-    # the law requires a slope at contact; its lower limit is far below the resolution of any sensor
-    return core.laws.Polynomial(max(values["linear"], TERMS["linear"]["low"]), values["quadratic"])
-
-
 CONE = LoadingCurve(
     law=core.laws.Cone,
     amplitudes=("stiffness_coefficient",),
@@ -161,7 +156,10 @@ POLYNOMIAL = LoadingCurve(
     amplitudes=("linear", "quadratic"),
     basis=lambda h: (h, h * h),
     by_depth=lambda h: (np.where(h > 0.0, 1.0, 0.0), 2.0 * h),
-    stiffness=_polynomial,
+    # the law requires a slope at contact; its lower limit is far below the resolution of any sensor
+    stiffness=lambda values, _: core.laws.Polynomial(
+        max(values["linear"], TERMS["linear"]["low"]), values["quadratic"]
+    ),
 )
 """a_1 h + a_2 h^2."""
 

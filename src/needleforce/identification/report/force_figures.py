@@ -30,7 +30,7 @@ from ...display.canvas import (
 )
 from ...display.markup import element, join
 from ...display.page import Figure
-from ...models.model import Insertion, Layer, Model
+from ...models.model import Insertion, Model
 from ..models import run_model, with_ruptures
 from .curves import DrawnRepeat, loading, loading_speed
 from .words import IN_TABLES, phase_name
@@ -208,7 +208,8 @@ def draw_before_puncture(figure: "Drawing", sheet: Sheet, drawn: Sequence[DrawnR
     if model is not None:
         end = _puncture_near(model, np.median(peaks[:, 0]) if len(peaks) else np.nan)
         depth = np.linspace(0.0, end * (1.0 - 1e-9), _STEPS)
-        force = _loading_force(model, depth, float(np.median([loading_speed(one) for one in drawn])))
+        times = np.full(_STEPS, depth[1] / float(np.median([loading_speed(one) for one in drawn])))
+        force = Insertion(model, max_speed=np.inf).run(depth, None, times)["force"]
         curves.append(line(axes, 1e3 * depth, force, _STEPS, color=MODEL, lw=THICK))
     if len(peaks):
         axes.plot(*peaks.T, "o", mfc="white", mec=INK, ms=4, mew=0.9)
@@ -223,11 +224,6 @@ def draw_before_puncture(figure: "Drawing", sheet: Sheet, drawn: Sequence[DrawnR
         name = f"{len(model.layers)} layers" if model.deeper else model.stiffness.name.replace("_", " ")
         labels.on(f"model: {name}", *curves[-1], MODEL)
     _name_repeats(labels, drawn, curves)
-
-
-def _loading_force(model: Model, depth: np.ndarray, speed: float) -> np.ndarray:
-    """Force [N] of the first loading at evenly spaced depths (n,) [m], at a speed [m/s]."""
-    return Insertion(model, max_speed=np.inf).run(depth, None, np.full(len(depth), depth[1] / speed))["force"]
 
 
 def _puncture_near(model: Model, indentation: float) -> float:
@@ -251,18 +247,11 @@ def layer_forces(model: Model, contact: float, one: DrawnRepeat) -> list[np.ndar
     """
     own = [e.value - contact for name, e in one.fit.parameters.items() if name.endswith("puncture_depth")]
     layers = with_ruptures(model, own).layers
-    forces = np.array(
-        [run_model(_single_layer_model(layer), one.fit.recording, contact + layer.top) for layer in layers]
-    )
+    alone = [Model(*layer.parts[:-1], relaxation=layer.relaxation) for layer in layers]
+    forces = np.array([run_model(each, one.fit.recording, contact + layer.top) for each, layer in zip(alone, layers)])
     total = forces.sum(axis=0)
     factor = total @ one.model / (total @ total) if total.any() else 1.0
     return list(factor * forces)
-
-
-def _single_layer_model(layer: Layer) -> Model:
-    """A model of one layer only."""
-    stiffness, puncture, friction, cutting, relaxation = layer.parts
-    return Model(stiffness, puncture, friction, cutting, relaxation=relaxation)
 
 
 def draw_layers(figure: "Drawing", sheet: Sheet, one: DrawnRepeat, forces: Sequence[np.ndarray]) -> None:

@@ -210,7 +210,9 @@ def friction(figure: "Drawing", sheet: Sheet, sites: Sequence[Site]) -> None:
     beyond, curves = [], []
     for site in sites:
         depth, force = 1e3 * site.friction_depth, site.friction_force
-        out, inside = site.friction_depth > site.friction_end, _inside(site)
+        # used are those from the surface to the end of the window, the others are drawn in grey
+        out = site.friction_depth > site.friction_end
+        inside = (site.friction_depth >= 0.0) & (site.friction_depth <= site.friction_end)
         beyond.append(line(axes, depth[out], force[out], columns, color=QUIET, lw=THIN, alpha=0.5))
         curves.append(line(axes, depth[inside], force[inside], columns, color=SECOND, lw=THIN, alpha=0.8))
     names = ("friction_end", "friction_slope", "friction_intercept")
@@ -225,11 +227,6 @@ def friction(figure: "Drawing", sheet: Sheet, sites: Sequence[Site]) -> None:
     labels.on(f"{'mean ' if len(sites) > 1 else ''}line: {plain(slope, 'N/m')}", *curves[-1], MODEL)
     labels.on("second pass", *curves[0], SECOND)
     labels.on("end of the window", *window, QUIET)
-
-
-def _inside(site: Site) -> np.ndarray:
-    """True for the samples from the surface to the end of the window; the others are not used and drawn in grey."""
-    return (site.friction_depth >= 0.0) & (site.friction_depth <= site.friction_end)
 
 
 def both_passes(

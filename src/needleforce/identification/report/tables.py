@@ -93,18 +93,13 @@ def choice_table(choice: Iterable[Choice]) -> Markup:
         (
             each.name.replace("_", " "),
             f"{each.bic:.1f}".replace("-", "−"),
-            _above(each.bic - best),
+            element("strong", "best") if each.bic - best == 0.0 else f"+{each.bic - best:.1f}",
             *[percent(each.puncture_ratio)] * shown,
         )
         for each in ranked
     )
     head = ("stiffness law", "BIC", "above the lowest", *["modelled over measured puncture force"] * shown)
     return join([table(head, rows, class_="numbers small"), note(meaning)])
-
-
-def _above(difference: float) -> object:
-    """A BIC above the lowest."""
-    return element("strong", "best") if difference == 0.0 else f"+{difference:.1f}"
 
 
 def recording_table(recordings: Sequence[RecordingFit], names: Iterable[str], anomalous: set[int]) -> Markup:
@@ -213,7 +208,7 @@ def _file(number: int, one: RecordingFit) -> dict[str, object]:
     length = f"average of {card.filter_length} samples" if card.filter_length > 1 else ""
     source = "" if one.file in (card.source, recording.place) else file_name(card.source)
     origin = source, card.needle, card.tissue, card.rig, length, card.assumptions
-    known = card.sha256, _thousands(len(time)), rate, duration, *origin
+    known = card.sha256, f"{len(time):,}".replace(",", "\N{NARROW NO-BREAK SPACE}"), rate, duration, *origin
     return {"no.": number, "file": file_name(one.file), **dict(zip(_CARD_COLUMNS, known))}
 
 
@@ -238,8 +233,3 @@ def _setting(value: object) -> object:
     if isinstance(value, (list, tuple)) and value:
         return listing(map(_setting, value))
     return f"{value:.6g}" if isinstance(value, float) else "none" if value in (None, "", (), []) else str(value)
-
-
-def _thousands(number: int) -> str:
-    """A number with a space between groups of three digits."""
-    return f"{number:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")

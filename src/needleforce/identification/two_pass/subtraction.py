@@ -233,7 +233,9 @@ def _exit(pair: Pair) -> float:
 def _grid(pair: Pair, deepest: float) -> np.ndarray:
     """The common grid of indentation, beyond the smeared puncture."""
     end = min(deepest, pair.puncture + CUTTING_WINDOW_M)
-    grid = np.arange(pair.puncture + _smear(pair.first.recording) + GRID_STEP_M, end, GRID_STEP_M)
+    first = pair.first.recording
+    smear = float(np.max(np.abs(first.velocity))) * first.card.filter_length / first.rate  # of the puncture [m]
+    grid = np.arange(pair.puncture + smear + GRID_STEP_M, end, GRID_STEP_M)
     if len(grid) < 3 * POINTS_PER_BLOCK:
         raise InputError(
             "common depth of both passes after the puncture",
@@ -267,11 +269,6 @@ def _zeroed(pair: Pair, depth: np.ndarray, force: np.ndarray) -> tuple[np.ndarra
     fit = next(iter(pair.first.fits.values()))
     low, high = fit.low["force_offset"], fit.high["force_offset"]
     return depth, force - fit.values["force_offset"], 0.5 * (high - low)
-
-
-def _smear(recording: Recording) -> float:
-    """Travel [m] over which the average filter smears the puncture."""
-    return float(np.max(np.abs(recording.velocity))) * recording.card.filter_length / recording.rate
 
 
 def _binned(grid: np.ndarray, depth: np.ndarray, force: np.ndarray, step: float) -> np.ndarray:
