@@ -187,6 +187,15 @@ def unpacked_limit(size: int) -> int:
     return (256 << 20) + 50 * size
 
 
+def toml_value(value: Any) -> str:
+    """A number, a text or a list as TOML has it."""
+    import msgspec
+
+    if isinstance(value, list):
+        return f"[{', '.join(map(toml_value, value))}]"
+    return msgspec.json.encode(value).decode() if isinstance(value, str) else repr(value)
+
+
 def decode_toml(text: bytes, what: str, kind: Any = dict, next_step: str = "Correct the file at this place.") -> Any:
     """A TOML document as ``kind``, a type of msgspec.
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..recording.options import ReadOptions
-from .files import ANONYMOUS_HELP, MACHINE_HELP, NEEDLE_HELP, nameless, read_all, readable, screen_recordings
+from .files import MACHINE_HELP, NEEDLE_HELP, nameless, read_all, readable, screen_recordings
 from .flags import takes_flags
 from .identify import MODEL_NAMES
-from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table, write_json
+from .output import JSON_HELP, SharedReportFlags, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
@@ -32,8 +32,7 @@ def run(
     machine_stiffness_N_mm: Annotated[float | None, typer.Option("--machine-stiffness-N-mm", help=MACHINE_HELP)] = None,
     reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    page: ReportFlags,
-    anonymous: Annotated[bool, typer.Option("--anonymous", help=ANONYMOUS_HELP)] = False,
+    page: SharedReportFlags,
 ) -> None:
     """Fit several models to the same recordings and compare the BIC of the loading curve and the error of predicting
     held-out repeats."""
@@ -41,7 +40,7 @@ def run(
 
     check_outputs([json, page.check()], [*files, needle])
     done = read_all(files, reading)
-    done = screen_recordings(nameless(done) if anonymous else done)
+    done = screen_recordings(nameless(done) if page.anonymous else done)
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")

@@ -28,7 +28,6 @@ NEEDLE_HELP = "Needle: name of a preset, a preset or needle file (TOML), or the 
 MACHINE_HELP = (
     "Stiffness [N/mm] of sensor, holder and drive in series with the needle: the depth is then that of the tip."
 )
-ANONYMOUS_HELP = "Number the recordings, and leave names, texts of their cards, times and hosts out of all outputs."
 MOTION_HELP = (
     "File with velocity or depth on its own clock; repeated once for each recording, those of second passes last."
 )

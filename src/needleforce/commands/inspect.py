@@ -23,7 +23,7 @@ from ..recording.options import ReadOptions
 from .files import ReadFiles
 from .flags import takes_flags
 from .identify import IdentifyFlags, identify_files
-from .output import ReportFlags, check_outputs, progress, say, show, table
+from .output import check_outputs, progress, say, show, table
 
 if TYPE_CHECKING:
     import numpy as np
@@ -210,7 +210,7 @@ def first_look(
     # never over a file that is there
     folder = Path() if os.access(os.curdir, os.W_OK) else Path(tempfile.gettempdir())
     *taken, report = [given.page.report] if given.page.report else _names(folder / f"{files[0].stem}_report.html")
-    given = msgspec.structs.replace(given, page=ReportFlags(report=report, open=given.page.open))
+    given = msgspec.structs.replace(given, page=msgspec.structs.replace(given.page, report=report))
     identify_files(files, given, lambda done: _glance(done, given))
     if taken and taken[-1].is_file() and not given.page.open and filecmp.cmp(taken[-1], report, shallow=False):
         report.unlink()

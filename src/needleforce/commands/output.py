@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 _NAME_WIDTH = 28  # of the longest name of a parameter or model
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
+ANONYMOUS_HELP = "Number the recordings, and leave names, texts of their cards, times and hosts out of all outputs."
 _SIGNS = {"μ": "u", "±": "+-", "°": "deg", "–": "-", "−": "-", "·": "*", "÷": "/", "×": "x", "→": "->", "Δ": "d"}
 _TYPED = str.maketrans(_SIGNS | dict.fromkeys(map(chr, range(0x300, 0x370))))  # without accents
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
@@ -241,6 +242,12 @@ class ReportFlags(msgspec.Struct, frozen=True, kw_only=True):
 
             if not webbrowser.open(self.report.resolve().as_uri()):
                 say("no browser was found on this computer: open the report on another one")
+
+
+class SharedReportFlags(ReportFlags, frozen=True, kw_only=True):
+    """The flags of a command whose outputs may be given to others."""
+
+    anonymous: Annotated[bool, typer.Option("--anonymous", help=ANONYMOUS_HELP)] = False
 
 
 def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006

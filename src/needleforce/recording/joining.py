@@ -155,13 +155,13 @@ def join(
     """Interpolate depth and velocity of another table, of a second file or of the same, onto the clock of the force;
     ``table`` is that of the force."""
     other, part = source.stream(columns, units)
-    offset = source.start_offset(table, part.table)
+    offset, described = source.start_offset(table, part.table), source.described(other, part)
     other.values["time"] = other.values["time"] + offset
     put_motion(main, other, start_depth, Preamble(part.table.comments, other.place), inwards)
     zero = f"their starts are {offset:g} s apart, as the file states" if offset else ""
     zero = zero if source.shift is None else f"{source.shift:.12g} s are added to its times, as given"
     main.assumptions += [
-        f"depth and velocity are read from {source.described(other, part)} and interpolated onto the "
+        f"depth and velocity are read from {described} and interpolated onto the "
         f"force's clock; {zero or 'both clocks are assumed to have the same zero'}",
         *other.assumptions,
     ]

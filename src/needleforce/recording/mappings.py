@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from ..errors import InputError
-from ..files import MAX_DEFINITION_BYTES, atomic_write, decode_toml, read_bytes
+from ..files import MAX_DEFINITION_BYTES, atomic_write, decode_toml, read_bytes, toml_value
 from .options import ReadOptions, flags, plain_type
 
 IN_FOLDER = "needleforce.toml"
@@ -111,10 +111,12 @@ def completed(path: Path, options: ReadOptions) -> tuple[ReadOptions, str]:
         value, given = getattr(mapping, key), getattr(options, option)
         if option in _TABLES:
             kept[option] = value | dict(given or {})
-            changed += [f"{key}.{name} = {_value(each)}" for name, each in value.items() if name not in (given or {})]
+            changed += [
+                f"{key}.{name} = {toml_value(each)}" for name, each in value.items() if name not in (given or {})
+            ]
         elif given is None and value is not None:
             kept[option] = value if factor is None else factor * value
-            changed.append(f"{key} = {_value(value)}")
+            changed.append(f"{key} = {toml_value(value)}")
     origin = f"{IN_FOLDER} in the folder of the file" if name is None else f"the mapping {Path(name).name}"
     what = f": {', '.join(changed)}" if changed else ""
     return replace(options, **kept), f"columns, units and other options are those of {origin}{what}"
@@ -169,14 +171,8 @@ def _checked_name(name: str) -> str:
 
 def _toml(content: Mapping[str, Any]) -> str:
     """A flat document with tables one level deep."""
-    plain = [f"{key} = {_value(value)}\n" for key, value in content.items() if not isinstance(value, dict)]
+    plain = [f"{key} = {toml_value(value)}\n" for key, value in content.items() if not isinstance(value, dict)]
     for key, table in content.items():
         if isinstance(table, dict) and table:
-            plain.append(f"\n[{key}]\n" + "".join(f"{name} = {_value(value)}\n" for name, value in table.items()))
+            plain.append(f"\n[{key}]\n" + "".join(f"{name} = {toml_value(value)}\n" for name, value in table.items()))
     return "".join(plain)
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, list):
-        return f"[{', '.join(map(_value, value))}]"
-    return msgspec.json.encode(value).decode() if isinstance(value, str) else repr(value)

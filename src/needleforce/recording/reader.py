@@ -114,8 +114,8 @@ def open_file(path: str | os.PathLike, options: ReadOptions) -> "RecordingFile":
     """Open a file, and find its recordings. Raises InputError as ``read``."""
     path = Path(path)
     options, sentence = completed(path, options)
-    _check(options)
     with enough_memory(path):
+        _check(options)
         return _opened(path, options, sentence)
 
 
@@ -163,7 +163,6 @@ class RecordingFile:
 
     def read(self, wanted: str | int | None) -> WithCycles:
         """The recording, or the cycle, with this ``part`` of ``read``. Raises InputError as ``read``."""
-        _check(self.options)
         with enough_memory(self.path):
             recording, spans = self._read(wanted)
         if self.sentence:
@@ -331,6 +330,7 @@ def _look(path: Path, given: ReadOptions) -> "Look":
         wanted, cycle = _one_of(*asked(options.part, names), names, str(path))
         shown = opened.named(wanted) if parts and wanted is not None else next(iter(parts), None)
         named = f"{shown.name}: {cycle}" if cycle and shown and shown.name else cycle
+        _check(options)
         recording, cycles = opened.read(named or (1 if wanted is None and len(parts) > 1 else wanted))
     except InputError as error:
         problem = str(error)

@@ -70,13 +70,10 @@ def load(table: Table, columns: dict[str, Column]) -> tuple[Samples, bool, bool]
             values = _without_blank_end(values)
             complete = all_cells and all(map(_finite, values.values()))
         cut_off = not complete and table.is_cut_off(indices)
+        samples = Samples(table=table, columns=columns, values=values, sha256=table.digest(), notes=list(table.notes))
     except InputError as error:
         raise _of_quantity(error, columns) from None
-    return (
-        Samples(table=table, columns=columns, values=values, sha256=table.digest(), notes=list(table.notes)),
-        complete,
-        cut_off,
-    )
+    return samples, complete, cut_off
 
 
 def _of_quantity(error: InputError, columns: Mapping[str, Column]) -> InputError:

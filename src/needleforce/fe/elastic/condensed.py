@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from ... import core
 from ...checks import instance_of, within
 from ...errors import InputError
-from ...files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
+from ...files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes, toml_value
 from ...models.model import Model
 from ...models.validity import contact_warnings
 from .needle_path import Body, NeedlePath, check_resolved, check_thickness
@@ -67,7 +67,7 @@ class CondensedTissue:
         compliance = np.ascontiguousarray(self.compliance, dtype=float)
         if compliance.ndim != 2 or compliance.shape[0] != compliance.shape[1]:
             raise InputError("compliance", f"of shape {compliance.shape}", "must be square")
-        within("radius", self.radius, 0.0, 1.0, "m", "Give that of the needle, or 0 if none is known.")
+        within("radius", self.radius, 0.0, 1.0, "m", next_step="Give that of the needle, or 0 if none is known.")
         object.__setattr__(self, "compliance", compliance)
 
     @property
@@ -93,7 +93,7 @@ class CondensedTissue:
         """Write a file that ``load_condensed`` reads. Raises InputError if it cannot be written."""
         numbers = "\n".join(f"  [{', '.join(map(repr, map(float, row)))}]," for row in self.compliance)
         with atomic_write(path) as file:
-            file.write(f"condensed_tissue = {msgspec.json.encode(self.summary).decode()}\n")
+            file.write(f"condensed_tissue = {toml_value(self.summary)}\n")
             file.write(f"spacing = {float(self.spacing)!r}  # m\nradius = {float(self.radius)!r}  # m\n")
             file.write(f'fingerprint = "{self.fingerprint}"\nunknowns = {self.unknowns}\n')
             file.write(f"compliance = [  # m/N\n{numbers}\n]\n")

@@ -69,17 +69,14 @@ def join_stamps(table: Table) -> Table:
     for stamp in _pairs(table.headers):
         if _are_parts(table, stamp):
             headers, units = list(table.headers), list(table.units) or [""] * len(table.headers)
-            headers[stamp.whole], units[stamp.whole] = _time_header(headers[stamp.whole]), "s"
+            name = headers[stamp.whole]
+            prefix = name[: -len(plain_name(name).rsplit("_", 1)[-1])].rstrip("._-/ ")
+            is_time = any(each(prefix) == "time" for each in RECOGNISED.values())
+            headers[stamp.whole], units[stamp.whole] = prefix if is_time else f"{prefix} stamp".strip(), "s"
             if table.lines is not None:
                 table.lines.headers = headers  # its errors name them, too
             return replace(table, headers=headers, units=units, stamp=stamp)
     return table
-
-
-def _time_header(name: str) -> str:
-    """The header of a time from that of its seconds."""
-    prefix = name[: -len(plain_name(name).rsplit("_", 1)[-1])].rstrip("._-/ ")
-    return prefix if any(each(prefix) == "time" for each in RECOGNISED.values()) else f"{prefix} stamp".strip()
 
 
 def _pairs(headers: Sequence[str]) -> Iterator[TimeStamp]:

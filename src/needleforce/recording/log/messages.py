@@ -96,8 +96,12 @@ class Log:
         What could not be read.
     others : tuple of str
         Topics of other types, which are not read, each with its type.
+    axial : str
+        The axis of the force that was chosen, empty if none.
     files : tuple of Path
         The MCAP files, in order.
+    sha256 : str
+        Of what was read, empty of a folder.
     """
 
     wrench: Messages
@@ -108,7 +112,9 @@ class Log:
     complete: bool
     notes: list[Note] = field(default_factory=list)
     others: tuple[str, ...] = ()
+    axial: str = ""
     files: tuple[Path, ...] = ()
+    sha256: str = ""
 
 
 def in_sequence(counters: np.ndarray, arrays: list[np.ndarray], topic: str) -> Messages:

@@ -11,11 +11,11 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from ...errors import InputError, install_step
-from ...files import BAG, MAX_RECORDING_BYTES, MCAP, leads_out, open_regular, read_bytes
+from ...files import BAG, MAX_RECORDING_BYTES, MCAP, digest, leads_out, open_regular, read_bytes
 from ..recording import Note
 from .mcap_records import CHANNEL, CHUNK, MESSAGE, METADATA, RECORD_HEAD, SCHEMA, RecordReader
 from .messages import Log
-from .ros1_bag import is_ros1_bag, read_ros1_bag
+from .ros1_bag import MARK, read_ros1_bag
 from .topics import Collected
 from .writer import CARD, CONTINUED, END, PART, part_path
 
@@ -135,7 +135,7 @@ def logs(
     collected = Collected(columns or {}, str(place))
     read: list[_Contents] = []
     notes: list[Note] = []
-    if place.is_dir() or is_ros1_bag(place):
+    if place.is_dir() or _is_ros1_bag(place):
         if part is not None:
             _chosen_file(place, {}, part)
         notes += (read_bag if place.is_dir() else read_ros1_bag)(place, collected)
@@ -143,13 +143,23 @@ def logs(
         for contents in _parts(place, part, collected, notes):
             read.append(contents)
             for _ in contents.blocks(block):
-                yield _log(collected.cut(), read, [])
+                yield _log(collected, read, None)
             notes += contents.notes
-    yield _log(collected, read, notes + collected.notes())
+    log = _log(collected, read, notes + collected.notes())
+    files = log.files or ((place,) if place.is_file() else ())
+    log.sha256 = digest(*files) if files else ""
+    yield log
 
 
-def _log(collected: Collected, read: "list[_Contents]", notes: list[Note]) -> Log:
-    """What was collected from the files that were read so far."""
+def _is_ros1_bag(path: Path) -> bool:
+    with open_regular(path) as file:
+        return file.read(len(MARK)) == MARK
+
+
+def _log(collected: Collected, read: "list[_Contents]", notes: list[Note] | None) -> Log:
+    """What was collected from the files that were read so far; without notes, as far as it is complete."""
+    if notes is None:
+        collected, notes = collected.cut(), []
     return Log(
         wrench=collected.wrench(),
         axis=collected.axis(),
@@ -159,6 +169,7 @@ def _log(collected: Collected, read: "list[_Contents]", notes: list[Note]) -> Lo
         complete=all(each.complete for each in read),
         notes=notes,
         others=collected.others(),
+        axial=collected.axial,
         files=tuple(each.path for each in read),
     )
 

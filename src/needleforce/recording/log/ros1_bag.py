@@ -17,12 +17,6 @@ _BLOCK_BYTES = 1 << 16
 _MESSAGE_CHARS = 160
 
 
-def is_ros1_bag(path: Path) -> bool:
-    """Whether a file begins as a ROS 1 bag."""
-    with open_regular(path) as file:
-        return file.read(len(MARK)) == MARK
-
-
 def read_ros1_bag(path: Path, collected: Collected) -> list[Note]:
     """Pass the messages of a ROS 1 bag to ``collected``; it has no counters. Returns notes on what is damaged.
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from ...files import digest, file_name
+from ...files import file_name
 from ...units import parse
 from ..alignment import align
 from ..assumed_motion import AssumedMotion
@@ -27,7 +27,7 @@ from ..samples import Decimated, timing_notes
 from ..stream import Stream, constant_depth
 from .messages import Log, Mark, Messages, distinct
 from .reader import logs
-from .topics import AS_TABLE, split_choice
+from .topics import AS_TABLE
 from .writer import WRENCH_TOPIC
 
 _MAX_RESTARTS = 20  # a device clock that decreases more often is not used
@@ -173,14 +173,14 @@ def read_recording(path: Path, options: ReadOptions, assumed: AssumedMotion) -> 
 
     Time zero is the first wrench. Raises InputError if the file cannot be read as a recording.
     """
-    _check_tables(path, options)
     columns = dict(options.columns or {})
-    _check(columns)
+    _check(path, columns, options)
     reduced = None if options.decimate_to is None else Decimated(options.decimate_to)
     part = None if options.part is None else str(options.part).strip()
+    blocks = logs(path, columns, part, math.inf if reduced is None else _BLOCK)
     stream = Stream(place=file_name(path), sha256="", values={}, assumptions=[], notes=[])
     clock = _Clock()
-    for log in logs(path, columns, part, math.inf if reduced is None else _BLOCK):
+    for log in blocks:
         stream.notes += log.notes
         if reduced is None or len(log.wrench) > 1 or not reduced.count:
             _put_block(stream, log, clock, options)
@@ -189,10 +189,8 @@ def read_recording(path: Path, options: ReadOptions, assumed: AssumedMotion) -> 
             stream.values = {}
     if reduced is not None:
         stream.values, stream.notes = reduced.values(), _merged(stream.notes)
-    files = log.files or ((path,) if path.is_file() else ())
-    stream.sha256 = digest(*files) if files else ""
-    _settle(stream, log, options, assumed, clock.moving)
-    recording = _recording(stream, log.card, options.filter_length)
+    _settle_motion(stream, options, assumed, clock.moving)
+    recording = _recording(stream, log, options)
     return recording if reduced is None else replace(recording, card=reduced.card(recording.card))
 
 
@@ -230,20 +228,18 @@ def _put_block(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) ->
     _put_motion(stream, log.axis, axis_time, dict(options.units or {}), INWARDS[options.inwards or "increasing"])
 
 
-def _settle(stream: Stream, log: Log, options: ReadOptions, assumed: AssumedMotion, moving: bool) -> None:
-    """Set a motion that is not in the log, the signs and the bias; note what the samples show. ``log`` is the last
-    block."""
-    columns, units = dict(options.columns or {}), dict(options.units or {})
+def _settle_motion(stream: Stream, options: ReadOptions, assumed: AssumedMotion, moving: bool) -> None:
+    """Set a motion that is not in the log: of another file, or that the user states."""
     unused = assumed.without_motion(options.motion is not None).unused(True, moving)
     stream.notes += [Note("unused", unused)] if unused else []
     if options.motion is not None:
-        source, direction = (
-            MotionSource(path=Path(options.motion), part=options.motion_part, shift=options.motion_shift),
-            INWARDS[options.inwards or "increasing"],
-        )
-        join(stream, source, start_depth=options.start_depth, columns=columns, units=units, inwards=direction)
+        source = MotionSource(path=Path(options.motion), part=options.motion_part, shift=options.motion_shift)
+        chosen = {"columns": options.columns, "units": options.units, "start_depth": options.start_depth}
+        join(stream, source, **chosen, inwards=INWARDS[options.inwards or "increasing"])
     elif not moving and assumed.gives_depth(True):
-        _state_motion(stream, assumed)
+        stream.values["depth"], sentence = assumed.depth(stream.values["time"])
+        stream.assumptions.append(sentence)
+        differentiate(stream)
     elif not moving:
         limit = "the file contains no JointState or PoseStamped"
         advice = (
@@ -253,14 +249,6 @@ def _settle(stream: Stream, log: Log, options: ReadOptions, assumed: AssumedMoti
         raise InputError("the depth", "missing", limit, stream.place, advice)
     elif np.ptp(stream.values["depth"]) == 0.0:
         raise constant_depth("depth", stream.values["depth"][0], stream.place)
-    if log.wrench.topic != WRENCH_TOPIC:
-        put_signs(
-            stream, options.inwards, {"force": columns["force"].rpartition(":")[2]} if "force" in columns else units
-        )
-    marked = any(mark.kind == "bias" for mark in log.marks)
-    if options.baseline and not marked:
-        remove_bias(stream, already_noted=any(note.kind == "baseline" for note in _notes(log.card)))
-    stream.notes += timing_notes(stream.values["time"]) + glitch_notes(stream.values["time"], stream.values["force"])
 
 
 def _merged(notes: list[Note]) -> list[Note]:
@@ -276,14 +264,12 @@ def _merged(notes: list[Note]) -> list[Note]:
     return merged
 
 
-def _check_tables(path: Path, options: ReadOptions) -> None:
-    """Raise InputError for an option that chooses a table."""
+def _check(path: Path, columns: Mapping[str, str], options: ReadOptions) -> None:
+    """Raise InputError for an option that chooses a table, or a column that a log has not."""
     if options.motion_part is not None and options.motion is None:
         step = "Choose the motion with --column depth=TOPIC:JOINT, or give a file with --motion."
         raise InputError("motion part", options.motion_part, "a log has no tables", str(path), step)
 
-
-def _check(columns: Mapping[str, str]) -> None:
     for quantity in columns:
         if quantity not in _CHOICES and not quantity.startswith("motion."):
             check_known(quantity)
@@ -293,7 +279,6 @@ def _check(columns: Mapping[str, str]) -> None:
 
 def _put_wrenches(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) -> np.ndarray:
     """Set time, force and axes of the stream; return the times of the axis (m,) [s] on the same clock."""
-    columns, units = dict(options.columns or {}), dict(options.units or {})
     wrench = without_faults(log, stream.notes)
     ours = wrench.topic == WRENCH_TOPIC
     times, assumptions, notes, clock.origin = on_one_clock({"force": wrench, "depth": log.axis}, ours, clock.origin)
@@ -305,11 +290,11 @@ def _put_wrenches(stream: Stream, log: Log, clock: _Clock, options: ReadOptions)
     order = _usable(times["force"], wrench, "wrenches", stream)
     if clock.start is None:
         clock.start = times["force"][order[0]] - _number(log.card, "start_s", stream.place)
-    chosen = split_choice(columns.get("force", ""))[1] or log.card.get("axial", "")
+    chosen = log.axial or log.card.get("axial", "")
     if not chosen:
         chosen = "fz"
         stream.assumptions.append("the force along the needle is fz of the sensor")
-    found = axes_of(wrench.values[order], chosen, units, log.card, stream)
+    found = axes_of(wrench.values[order], chosen, dict(options.units or {}), log.card, stream)
     stream.values = {"time": times["force"][order] - clock.start, **found}
     return times.get("depth", np.empty(0)) - clock.start
 
@@ -330,13 +315,6 @@ def _usable(time: np.ndarray, messages: Messages, what: str, stream: Stream) -> 
     return kept
 
 
-def _state_motion(stream: Stream, assumed: AssumedMotion) -> None:
-    """Set the depth and velocity that the user states."""
-    stream.values["depth"], sentence = assumed.depth(stream.values["time"])
-    stream.assumptions.append(sentence)
-    differentiate(stream)
-
-
 def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units: Mapping[str, str], inwards: float) -> None:
     """Set depth and velocity of the axis, positive inwards, on the force's clock."""
     kept = _usable(time, axis, "states of the axis", stream)
@@ -353,17 +331,25 @@ def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units: Mapping
     stream.values |= {"depth": np.interp(at, time, depth), "velocity": np.interp(at, time, velocity)}
 
 
-def _recording(stream: Stream, card: Mapping[str, str], filter_length: int | None) -> Recording:
-    length = filter_length or int(_number(card, "filter_length", stream.place, default=1))
+def _recording(stream: Stream, log: Log, options: ReadOptions) -> Recording:
+    """The recording with its signs, without bias, with notes on what the samples show; ``log`` is the last block."""
+    card, notes = log.card, _notes(log.card)
+    if log.wrench.topic != WRENCH_TOPIC:
+        units = {"force": log.axial} if "force" in (options.columns or {}) else options.units
+        put_signs(stream, options.inwards, units)
+    if options.baseline and not any(mark.kind == "bias" for mark in log.marks):
+        remove_bias(stream, already_noted=any(note.kind == "baseline" for note in notes))
+    stream.notes += timing_notes(stream.values["time"]) + glitch_notes(stream.values["time"], stream.values["force"])
+    length = options.filter_length or int(_number(card, "filter_length", stream.place, default=1))
     check_filter_length(length)
     read_card = Card(
         source=stream.place,
-        sha256=stream.sha256,
+        sha256=log.sha256,
         **{key: card.get(key, "") for key in ("needle", "tissue", "rig")},
         filter_length=length,
         assumptions=tuple(dict.fromkeys([*_listed(card, "assumptions"), *stream.assumptions])),
     )
-    return stream.recording(read_card, _notes(card))
+    return stream.recording(read_card, notes)
 
 
 def _number(card: Mapping[str, str], key: str, place: str, default: float = 0.0) -> float:

@@ -34,7 +34,7 @@ AS_TABLE = "Save the topic as CSV, with rostopic echo -p or ros2 topic echo --cs
 _TYPES_OF = {"force": _WRENCHES, "depth": tuple(_STATES)}
 
 
-def split_choice(text: str) -> tuple[str, str]:
+def _split(text: str) -> tuple[str, str]:
     """Split a choice into topic and part, either may be empty: ``/ft/wrench:fx``, ``/ft/wrench``, ``fx``,
     ``needle_joint``."""
     topic, _, part = text.partition(":") if text.startswith("/") else ("", "", text)
@@ -46,8 +46,8 @@ class Collected:
 
     def __init__(self, columns: Mapping[str, str], place: str):
         self._place = place
-        self._force_topic = split_choice(columns.get("force", ""))[0]
-        self._depth_topic, self._joint = split_choice(columns.get("depth", ""))
+        self._force_topic, self.axial = _split(columns.get("force", ""))
+        self._depth_topic, self._joint = _split(columns.get("depth", ""))
         self._topics: dict[str, _Topic] = {}
         self.marks: list[Mark] = []
         self.count = 0  # messages since the last cut
@@ -92,9 +92,8 @@ class Collected:
             raise ValueError("a mark of this size is damaged")
         facts = json.loads(string_of(data))
         mark = Mark(arrival, str(facts.pop("kind")), facts)
-        if mark.kind not in STANDING or mark != self._standing.get(
-            mark.kind
-        ):  # each part of a recording repeats those that hold
+        # each part of a recording repeats those that hold
+        if mark.kind not in STANDING or mark != self._standing.get(mark.kind):
             self._standing[mark.kind] = mark
             self.marks.append(mark)
 
