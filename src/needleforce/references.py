@@ -11,7 +11,6 @@ from typing import Any
 
 BIBLIOGRAPHY = Path(__file__).parent / "bibliography.toml"
 SOURCE_PAPER = "source paper"
-WITHOUT_REFERENCE = ("free", "by definition")
 _OF_THE_PAPER = re.compile(r"(eqs?|sec)\. ")
 PUBLISHED = Path(__file__).parent / "published.csv"
 VERIFIED = ("original", "abstract")  # values read in the work itself or in its abstract
@@ -48,12 +47,6 @@ def _keys_in_part(part: str) -> list[str]:
     if _OF_THE_PAPER.match(part):
         return [SOURCE_PAPER]
     return sorted((key for key in works() if key in part), key=part.index)
-
-
-def unnamed_parts(source: str) -> list[str]:
-    """The parts of a source string that name no work and do not begin with ``free`` or ``by definition``."""
-    parts = [part.strip() for part in source.split(";")]
-    return [part for part in parts if not part.startswith(WITHOUT_REFERENCE) and not _keys_in_part(part)]
 
 
 def sources_of(model: Any) -> list[str]:

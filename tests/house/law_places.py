@@ -37,6 +37,12 @@ WITHOUT_REFERENCE = {
 }
 
 
+def unnamed_parts(source: str) -> list[str]:
+    """The parts of a source string that name no work and do not begin with ``free`` or ``by definition``."""
+    parts = [part.strip() for part in source.split(";")]
+    return [part for part in parts if not part.startswith(("free", "by definition")) and not references.keys_in(part)]
+
+
 def unlisted_headers(root: Path) -> list[str]:
     """Headers of laws that the list does not include."""
     text = (root / ALL).read_text(encoding="utf-8")
@@ -65,7 +71,7 @@ def missing_places(root: Path, law: dict) -> list[str]:
 
     name = law["name"]
     with bibliography(root / BIBLIOGRAPHY):
-        unnamed = [part for source in law["sources"] for part in references.unnamed_parts(source)]
+        unnamed = [part for source in law["sources"] for part in unnamed_parts(source)]
     glossary = text(GLOSSARY).partition("GLOSSARY = {")[2].partition("}")[0]
     unknown = [word for word in law["parameters"] if f'"{word}"' not in glossary]
     cases = "\n".join(path.read_text(encoding="utf-8") for path in sorted((root / CASES).glob("*.txt")))

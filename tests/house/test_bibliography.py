@@ -2,13 +2,14 @@
 """Every source names a work that is in the bibliography, and every work there is named somewhere."""
 
 import pytest
+from law_places import unnamed_parts
 
 import needleforce as nf
 from needleforce import core
 from needleforce.bench_tests.laws import SOURCES
 from needleforce.models.laws import FAMILIES, laws_of
 from needleforce.models.named_models import NAMED_MODELS
-from needleforce.references import keys_in, published_values, unnamed_parts, works
+from needleforce.references import keys_in, published_values, works
 
 
 def tables():

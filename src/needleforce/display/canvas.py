@@ -98,7 +98,7 @@ def axis_names(axes: "Axes", x: str, y: str) -> None:
     axes.annotate(y, (0.0, 1.0), (-32.0, 8.0), xycoords="axes fraction", textcoords="offset points", va="bottom")
 
 
-def save_drawing(path: Path, draw: Callable, height: float, sheet: Sheet = FULL) -> None:
+def save_drawing(path: Path, draw: Callable, height: float) -> None:
     """``draw(figure, sheet)`` as a file of its own of ``height`` [points], in the format of its ending.
 
     Raises InputError for an ending that is no format of a figure.
@@ -109,7 +109,7 @@ def save_drawing(path: Path, draw: Callable, height: float, sheet: Sheet = FULL)
     style = {"svg.hashsalt": path.stem, "svg.fonttype": "path", "figure.facecolor": "white"}
     metadata = {"Date": None} if kind == "svg" else None
     with atomic_write(path) as file:
-        _save(draw, sheet, height, style, file.buffer, format=kind, dpi=216, metadata=metadata)
+        _save(draw, FULL, height, style, file.buffer, format=kind, dpi=216, metadata=metadata)
 
 
 def svg(name: str, draw: Callable, sheet: Sheet, height: float, alt: str, touch: bool = True) -> Markup:

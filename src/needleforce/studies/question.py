@@ -94,9 +94,6 @@ class OutputSection(Section):
     high: Finite | None = None
 
 
-PEAK = OutputSection(quantity="peak_force")
-
-
 class BendingSection(Section):
     """A needle that bends on a foundation, driven by its bevel."""
 

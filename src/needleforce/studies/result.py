@@ -163,16 +163,13 @@ class StudyResult(Result):
 
     def _indices(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         main, total = INDEX_NAMES[self.question.study.analysis]
-        rows = []
+        rows, kinds = [], {each.name: each.kind for each in self.outputs}
         for (output, motion), found in self.sensitivities.items():
-            unit = self._output(output).kind.unit if self.question.study.analysis == "morris" else "1"
+            unit = kinds[output].unit if self.question.study.analysis == "morris" else "1"
             for k in [] if found is None else np.argsort(-found.total, kind="stable"):
                 pairs = (found.main[k], found.main_error[k]), (found.total[k], found.total_error[k])
                 rows.append([output, motion, self.labels[k], *(_index(value, error, unit) for value, error in pairs)])
         return ["output", "motion", "factor", main, total], rows
-
-    def _output(self, name: str) -> Output:
-        return next(each for each in self.outputs if each.name == name)
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
         yield "Insertions without outputs", (f"{number}: {why}" for why, number in self.reasons)
