@@ -11,7 +11,7 @@ import pytest
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
     "Python files": 360,
-    "lines": 69_640,
+    "lines": 70_500,
     "modules with one importer": 46,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 12,

@@ -96,8 +96,8 @@ def identify_files(files: list[Path], given: IdentifyFlags, look: Callable[[Read
     machine = None if given.machine_stiffness_N_mm is None else 1e3 * given.machine_stiffness_N_mm
     chosen = {"model": given.model, "layers": given.layers, "machine_stiffness": machine}
     fit = _identified(done, seconds, **chosen, needle=body, **bench, progress=progress)
-    _write(fit, given)
     _show(fit, quiet=given.json == "-")
+    _write(fit, given)
     if fit.identified_model is None:
         raise typer.Exit(1)
 

@@ -29,7 +29,7 @@ from .strokes import depth_before, own_spans
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
 MAX_LAG_S = 0.15  # [s]
-MAX_LATE_S = 1.0  # [s] of a depth before its turn, in which the force is compared
+MAX_LATE_S = 1.0  # [s] of a depth before its turn, in which the force is compared: no lag may reach beyond
 MIN_TURN_REST_S = 0.1  # [s] of rest before the turn, below which the insertion disturbs the search
 PULL_SIGMA, PULL_SHARE = 5.0, 0.05  # [sd of a sample], and of the range of the force, that pull a needle
 MAX_SAMPLES = 100  # of the window: more add time and little knowledge
@@ -231,7 +231,7 @@ def lateness(recording: Recording) -> Lag | None:
         pull = max(PULL_SIGMA * white_noise(force), PULL_SHARE * (float(force[cycle.start : cycle.end].max()) - zero))
         part = slice(int(np.searchsorted(time, time[cycle.stop - 1] - MAX_LATE_S)), cycle.end)
         found = late_depth((time[part], force[part] - zero), (time[part], smooth[part]), pull, 3.0 * left)
-        if found is not None:
+        if found is not None and found[1] < MAX_LATE_S:
             turn = time[part][smooth[part].argmax() :][0]
             return _refined(recording, found, (float(turn), float(time[cycle.withdrawal_start - 1])))
     return None
