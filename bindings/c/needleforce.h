@@ -2,8 +2,8 @@
    The force of a needle in soft tissue, one control cycle at a time. SI units; force is + when it opposes
    insertion, depth + inwards from the undeformed surface. The caller owns all memory. nf_step, nf_reset,
    nf_snapshot, nf_restore are wait-free: no allocation, lock, system call or exception. `needleforce export`
-   writes the layers of a model. One object is for one thread at a time, here and in the other headers; objects
-   share nothing, so each thread may have its own. */
+   writes the layers of a model. One object is for one thread at a time, here and in the other headers;
+   objects share nothing, so each thread may have its own. */
 #ifndef NEEDLEFORCE_H
 #define NEEDLEFORCE_H
 #include <stddef.h>
