@@ -72,7 +72,7 @@ class RelaxingTable {
   void end(RelaxingState& state, const ShaftState& shaft, double tip_force) const noexcept {
     if (!relaxes()) return;
     state.tip = scale_ * tip_force + tip_standing(state);
-    for (int j = 0; j < 2; ++j) {
+    for (std::size_t j = 0; j < 2; ++j) {
       for (std::size_t i = 0; i < shaft.known; ++i)
         state.strain[j][i] += relaxing_.during[j] * shaft.displacement[i];
       state.tip_strain[j] += relaxing_.during[j] * state.tip;
