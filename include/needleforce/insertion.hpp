@@ -82,6 +82,11 @@ class Insertion {
     return true;
   }
 
+  /// The memory in this process, and back to it. Wait-free.
+  using State = InsertionState;
+  const State& state() const noexcept { return state_; }
+  void return_to(const State& state) noexcept { state_ = state; }
+
   /// Continues an insertion into other layers: the same tip in the same hole, with other laws; see
   /// docs/decisions/0009. Wait-free.
   void continue_from(const Insertion& old) noexcept {

@@ -80,19 +80,23 @@ TEST(BendingPath, FlippedBevelIsASuperposition) {
 }
 
 TEST(BendingPath, InSpaceIsThatOfThePlaneTurnedByTheRoll) {
-  FlexibleSettings settings = guided();
-  settings.small_slopes = false;
-  PlanarInsertion plane = forceless_insertion<1>(settings);
-  const BentSample flat = insert(plane, 0.08, 80);
-  for (const double roll : {0.0, 0.5, 2.0, -1.3}) {
-    SpatialInsertion space = forceless_insertion<2>(settings);
-    const BentSample sample = move(space, {.depth = 0.0, .roll = roll}, {.depth = 0.08, .roll = roll}, 80);
-    EXPECT_NEAR(sample.tip[0], flat.tip[0] * std::cos(roll), 1e-12);
-    EXPECT_NEAR(sample.tip[1], flat.tip[0] * std::sin(roll), 1e-12);
-    EXPECT_NEAR(sample.tip[2], flat.tip[2], 1e-9);
-    EXPECT_NEAR(sample.wrench[4], flat.wrench[4] * std::cos(roll), 1e-12);
-    EXPECT_NEAR(sample.wrench[3], -flat.wrench[4] * std::sin(roll), 1e-12);
-    EXPECT_NEAR(sample.wrench[5], 0.0, 1e-9);
+  for (const bool small_slopes : {true, false}) {
+    FlexibleSettings settings = guided();
+    settings.small_slopes = small_slopes;
+    // with the second order, the rounding of the tip's travel is in the equations
+    const double rounding = small_slopes ? 1e-12 : 1e-10;
+    PlanarInsertion plane = forceless_insertion<1>(settings);
+    const BentSample flat = insert(plane, 0.08, 80);
+    for (const double roll : {0.0, 0.5, 2.0, -1.3}) {
+      SpatialInsertion space = forceless_insertion<2>(settings);
+      const BentSample sample = move(space, {.depth = 0.0, .roll = roll}, {.depth = 0.08, .roll = roll}, 80);
+      EXPECT_NEAR(sample.tip[0], flat.tip[0] * std::cos(roll), 1e-12);
+      EXPECT_NEAR(sample.tip[1], flat.tip[0] * std::sin(roll), 1e-12);
+      EXPECT_NEAR(sample.tip[2], flat.tip[2], 1e-9);
+      EXPECT_NEAR(sample.wrench[4], flat.wrench[4] * std::cos(roll), rounding);
+      EXPECT_NEAR(sample.wrench[3], -flat.wrench[4] * std::sin(roll), rounding);
+      EXPECT_NEAR(sample.wrench[5], 0.0, 1e-9);
+    }
   }
 }
 

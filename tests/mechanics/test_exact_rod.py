@@ -65,16 +65,18 @@ def test_the_rod_is_in_balance():
 
 
 LARGEST = {
-    (False, False): "force across 6 % off, and along the needle K y^2 / 2 at the surface is missing in all 59",
-    (False, True): "force across 2.8 % off, along the needle up to 54 %: the guide's share is missing",
-    (True, False): "force across 2.6 % off, and K y^2 / 2 at the surface is missing in all 30",
-    (True, True): "force along the needle up to 24 % off",
+    (False, False): "the tip of 1 of 59 is 0.56 % of the base's motion off, across",
+    (True, False): "2 of 30 short ones in 10 kPa: force across 2.4 % off, moment 3.5 %",
+    (True, True): "2 of 30 short ones in 10 kPa: force across 2.4 % off, moment 3.2 %; 2 tips 0.6 %, along",
 }
 
 
 @pytest.mark.parametrize(
     "hub, friction",
-    [pytest.param(*case, marks=pytest.mark.xfail(strict=True, reason=reason)) for case, reason in LARGEST.items()],
+    [
+        (False, True),
+        *(pytest.param(*case, marks=pytest.mark.xfail(strict=True, reason=why)) for case, why in LARGEST.items()),
+    ],
 )
 def test_base_moved_aside_and_tilted_meets_an_exact_rod(hub, friction):
     # up to slopes of 0.25

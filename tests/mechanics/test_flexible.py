@@ -19,39 +19,51 @@ def insertion(**options):
     return nf.FlexibleInsertion(options.pop("model", None), NEEDLE, **settings | options)
 
 
-def exact_rod(aside):
-    """Planar rod of any slope (x, z, angle, moment, lateral force over arc length), its base moved aside by so much,
-    with the force K x per length in the tissue."""
-    length = GUIDE + DEPTH
+def exact_rod(aside, guide=GUIDE, depth=DEPTH, stiffness=STIFFNESS, modulus=MODULUS):
+    """Planar rod of any slope (x, z, angle, moment, forces across and along over its length), its base moved aside.
+
+    Where it is in the tissue, K x per depth pushes it at a right angle to itself; its end moves what it meets aside.
+    """
 
     def slopes(_, y):
-        x, z, angle, moment, force = y
-        in_tissue = 0.5 * (1.0 + np.tanh(z / 2e-5))
+        x, z, angle, moment, across, along = y
+        push = modulus * x * 0.5 * (1.0 + np.tanh(z / 2e-5))
+        bent = along * np.sin(angle) - across * np.cos(angle)
         return np.vstack(
-            [np.sin(angle), np.cos(angle), moment / STIFFNESS, -force * np.cos(angle), MODULUS * x * in_tissue]
+            [np.sin(angle), np.cos(angle), moment / stiffness, bent, push * np.cos(angle), -push * np.sin(angle)]
         )
 
-    ends = lambda base, tip: np.array([base[0] - aside, base[1] + GUIDE, base[2], tip[3], tip[4]])  # noqa: E731
-    s = np.unique(np.concatenate([np.linspace(0.0, length, 400), GUIDE + np.linspace(-2e-3, 2e-3, 400)]))
-    first = np.vstack([np.where(s < GUIDE, aside * (1.0 - s / GUIDE), 0.0), s - GUIDE] + [np.zeros_like(s)] * 3)
-    solution = solve_bvp(slopes, ends, s, first, tol=1e-8, max_nodes=200_000)
+    def ends(base, tip):
+        return np.r_[base[0] - aside, base[1] + guide, base[2], tip[3:5], tip[5] + 0.5 * modulus * tip[0] ** 2]
+
+    s = np.unique(np.concatenate([np.linspace(0.0, guide + depth, 400), guide + np.linspace(-2e-3, 4e-3, 600)]))
+    first = np.vstack([np.where(s < guide, aside * (1.0 - s / guide), 0.0), s - guide] + [np.zeros_like(s)] * 4)
+    solution = solve_bvp(slopes, ends, s, first, tol=1e-7, max_nodes=200_000)
     assert solution.success
     return solution.y
 
 
-@pytest.mark.parametrize("aside, allowed", [(1e-3, 1e-4), (6e-3, 1e-3), (15e-3, 5e-3)])
-def test_base_moved_aside_meets_an_exact_rod(aside, allowed):
-    # slopes of 0.016, 0.10 and 0.24
+@pytest.mark.parametrize("hub", [False, True])
+@pytest.mark.parametrize("aside, allowed", [(1e-3, 3e-4), (6e-3, 3e-3), (15e-3, 2e-2)])
+def test_base_moved_aside_meets_an_exact_rod(aside, allowed, hub):
+    # slopes of 0.016, 0.10 and 0.24; a hub at the place of the guide has the same shape and another axial force
     needle = insertion(planar=True)
-    needle.step(DEPTH + 1e-4, dt=1.0)
+    if hub:
+        rod = nf.Needle(1e-3, 0.0, GUIDE + DEPTH, STIFFNESS * 64.0 / (math.pi * 1e-12))
+        needle = nf.FlexibleInsertion(None, rod, lateral=MODULUS, planar=True, max_speed=math.inf)
+    needle.step(DEPTH - 1e-4, dt=1.0)
+    needle.step(DEPTH + 1e-4 if not hub else DEPTH, dt=1.0)
     needle.step(DEPTH, dt=1.0)
     sample = needle.step(DEPTH, (aside, 0.0), dt=1.0)
-    x, z, _, moment, force = exact_rod(aside)
+    x, z, _, moment, across, along = exact_rod(aside)
     assert sample.status == "ok"
-    assert sample.wrench[0] == pytest.approx(force[0], rel=allowed)
+    assert sample.wrench[0] == pytest.approx(across[0], rel=allowed)
     assert sample.wrench[4] == pytest.approx(moment[0], rel=allowed)
     assert sample.tip[0] == pytest.approx(x[-1], abs=allowed * aside)
-    assert sample.tip[2] == pytest.approx(z[-1], abs=allowed * aside)
+    assert sample.tip[2] - DEPTH == pytest.approx(z[-1] - DEPTH, rel=max(allowed, 1e-3))  # the needle is shorter
+    # the axial part of the lateral forces: a guide gives it back where the needle comes out of it
+    returned = 0.0 if hub else 0.5 * moment[0] ** 2 / STIFFNESS
+    assert -sample.force - returned == pytest.approx(along[0], rel=allowed, abs=1e-9)
 
 
 def test_run_is_the_steps_one_by_one():

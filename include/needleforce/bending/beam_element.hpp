@@ -70,51 +70,84 @@ constexpr void add_bending(ElementMatrix& matrix, double stiffness, double h, do
   }
 }
 
-/// What an axial compression adds that is `force` [N] in the middle and grows by `friction` [N/m] towards the
-/// base, where both follow the tangent of the beam: the weak form of N y''. `per_h` is 1 / h.
-constexpr void add_axial(ElementMatrix& matrix, double force, double friction, double per_h) noexcept {
-  const double a = -force * per_h * (1.0 / 30.0), c = friction * (1.0 / 60.0);
-  matrix.first += {36.0 * a - 30.0 * c, 3.0 * a + 6.0 * c, 3.0 * a - 6.0 * c, 4.0 * a};
-  matrix.upper += {-36.0 * a + 30.0 * c, 3.0 * a - 6.0 * c, -3.0 * a + 6.0 * c, -a - c};
-  matrix.lower += {-36.0 * a - 30.0 * c, -3.0 * a - 6.0 * c, 3.0 * a + 6.0 * c, -a + c};
-  matrix.second += {36.0 * a + 30.0 * c, -3.0 * a + 6.0 * c, -3.0 * a - 6.0 * c, 4.0 * a};
+/// What an axial compression adds that is `middle` [N] in the middle of an element and grows by `change` from
+/// its first node to its second: -integral of N y' dy'. `per_h` is 1 / h.
+constexpr void add_compression(ElementMatrix& matrix, double middle, double change, double per_h) noexcept {
+  const double a = -middle * per_h * (1.0 / 30.0), b = -change * per_h * (1.0 / 60.0);
+  matrix.first += {36.0 * a, 3.0 * a + 3.0 * b, 3.0 * a + 3.0 * b, 4.0 * a - 2.0 * b};
+  matrix.upper += {-36.0 * a, 3.0 * a - 3.0 * b, -3.0 * a - 3.0 * b, -a};
+  matrix.lower += {-36.0 * a, -3.0 * a - 3.0 * b, 3.0 * a - 3.0 * b, -a};
+  matrix.second += {36.0 * a, -3.0 * a + 3.0 * b, -3.0 * a + 3.0 * b, 4.0 * a + 2.0 * b};
+}
+
+/// Half the integral of y'^2 over a cubic element between nodes that are `off` [m] apart across, with
+/// rotations r = h y', and the same weighted by xi - 1/2.
+struct SlopeSquares {
+  double whole, weighted;
+};
+constexpr SlopeSquares slope_squares(double off, double r1, double r2, double per_h) noexcept {
+  return {
+      per_h * (1.0 / 30.0) * (18.0 * off * off - 3.0 * off * (r1 + r2) + 2.0 * (r1 * r1 + r2 * r2) - r1 * r2),
+      per_h * (1.0 / 60.0) * (3.0 * off * (r2 - r1) + r2 * r2 - r1 * r1)};
 }
 
 /// The largest compression, as N L^2 / EI, below which a beam-column held at both ends has not buckled.
 inline constexpr double clamped_buckling = 39.47841760435743;
 
-/// A beam without lateral load under the constant compression N [N], exactly; tension is negative. Rotations
-/// are y' [rad], not scaled. `N L^2 / EI` must stay below `clamped_buckling`.
-inline ElementMatrix beam_column(double stiffness, double length, double compression) noexcept {
-  const double square = compression * length * length / stiffness;
-  double s11, s12, s22, s24;  // over EI / L^3, EI / L^2, EI / L, EI / L
-  if (std::abs(square) < 0.5) {
-    const double p = square;
-    s11 = 12.0 - p * (6.0 / 5.0 + p * (1.0 / 700.0 + p / 63000.0));
-    s12 = 6.0 - p * (1.0 / 10.0 + p * (1.0 / 1400.0 + p / 126000.0));
-    s22 = 4.0 - p * (2.0 / 15.0 + p * (11.0 / 6300.0 + p / 27000.0));
-    s24 = 2.0 + p * (1.0 / 30.0 + p * (13.0 / 12600.0 + 11.0 * p / 378000.0));
-  } else if (square > 0.0) {
-    const double x = std::sqrt(square), sine = std::sin(x), cosine = std::cos(x);
-    const double unit = 1.0 / (2.0 - 2.0 * cosine - x * sine);
-    s11 = square * x * sine * unit;
-    s12 = square * (1.0 - cosine) * unit;
-    s22 = x * (sine - x * cosine) * unit;
-    s24 = x * (x - sine) * unit;
-  } else {
-    // hyperbolic functions over cosh, so that nothing overflows
-    const double x = std::sqrt(-square), small = 1.0 / std::cosh(std::min(x, 700.0)), sine = std::tanh(x);
-    const double unit = 1.0 / (2.0 * small - 2.0 + x * sine);
-    s11 = -square * x * sine * unit;
-    s12 = -square * (1.0 - small) * unit;
-    s22 = x * (x - sine) * unit;
-    s24 = x * (sine - x * small) * unit;
+/// Stiffnesses of a beam-column over EI / L^3, EI / L^2, EI / L and EI / L, and their derivatives by
+/// p = N L^2 / EI.
+struct ColumnStiffness {
+  std::array<double, 4> value, by_compression;
+};
+
+namespace detail {
+/// From those of its ends: s_22, s_24 and their derivatives.
+constexpr ColumnStiffness column_of(double p, double s22, double s24, double d22, double d24) noexcept {
+  const double s12 = s22 + s24, d12 = d22 + d24;
+  return {{2.0 * s12 - p, s12, s22, s24}, {2.0 * d12 - 1.0, d12, d22, d24}};
+}
+}  // namespace detail
+
+/// A beam without lateral load under a constant compression, exactly; p < 0 is tension. Wait-free.
+inline ColumnStiffness column_stiffness(double p) noexcept {
+  if (std::abs(p) < 0.5) {
+    return detail::column_of(p, 4.0 - p * (2.0 / 15.0 + p * (11.0 / 6300.0 + p / 27000.0)),
+                             2.0 + p * (1.0 / 30.0 + p * (13.0 / 12600.0 + 11.0 * p / 378000.0)),
+                             -(2.0 / 15.0 + p * (11.0 / 3150.0 + p / 9000.0)),
+                             1.0 / 30.0 + p * (13.0 / 6300.0 + 11.0 * p / 126000.0));
   }
+  const double x = std::sqrt(std::abs(p));
+  // of tension over cosh, so that nothing overflows
+  const double small = p > 0.0 ? 1.0 : 1.0 / std::cosh(std::min(x, 700.0));
+  const double sine = p > 0.0 ? std::sin(x) : std::tanh(x), cosine = p > 0.0 ? std::cos(x) : 1.0;
+  const double sign = p > 0.0 ? 1.0 : -1.0;
+  const double unit = 1.0 / (sign * 2.0 * (small - cosine) - x * sine) * sign;
+  const double turn = sign * (sine - x * cosine);
+  const double s22 = x * turn * unit, s24 = sign * x * (x * small - sine) * unit;
+  // derivatives by x of numerators and denominator
+  const double by22 = turn + x * x * sine, by24 = sign * (2.0 * x * small - sine - x * cosine);
+  const double scale = sign * 0.5 / x * unit;
+  return detail::column_of(p, s22, s24, scale * (by22 - s22 * turn), scale * (by24 - s24 * turn));
+}
+
+/// The element of a beam-column. Rotations are y' [rad], not scaled. `N L^2 / EI` must stay below
+/// `clamped_buckling`.
+inline ElementMatrix beam_column(double stiffness, double length, const ColumnStiffness& column) noexcept {
+  const auto& [s11, s12, s22, s24] = column.value;
   const double a = stiffness / length, b = a / length, c = b / length;
   return {{c * s11, b * s12, b * s12, a * s22},
           {-c * s11, b * s12, -b * s12, a * s24},
           {-c * s11, -b * s12, b * s12, a * s24},
           {c * s11, -b * s12, -b * s12, a * s22}};
+}
+
+/// Half the integral of y'^2 over a beam-column, with the derivatives of its stiffnesses: what its energy
+/// loses per compression.
+inline double column_shortening(const ColumnStiffness& column, double length, double off, double slope1,
+                                double slope2) noexcept {
+  const auto& [d11, d12, d22, d24] = column.by_compression;
+  return -0.5 * (d11 * off * off / length - 2.0 * d12 * off * (slope1 + slope2) +
+                 length * (d22 * (slope1 * slope1 + slope2 * slope2) + 2.0 * d24 * slope1 * slope2));
 }
 
 /// An element with its rotations y' measured as h y'.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The needle at rest between its base, its path and its tip: EI y'''' + N y'' + p(y - Y) = q.
+// The needle at rest between its base, its path and its tip: EI y'''' + (N y')' + p(y - Y) = q.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 
 #include "beam_foundation.hpp"
 #include "equilibrium_search.hpp"
+#include "shortening.hpp"
 
 namespace needleforce::bending {
 
@@ -33,20 +34,39 @@ class BeamEquilibrium {
     // the newest piece of the path stays within one element
     mesh_.place(properties.sections, properties.elements, std::max(2.0 * path.spacing, 2e-4),
                 load.free_length, load.embedded);
+    if (load.embedded > 0.0 && !path.empty()) trace(path);
+    for (std::size_t i = 0; i < mesh_.surface(); ++i) columns_[i] = column(i, properties, load);
     properties.linear() ? solve_once(outcome, properties, path, load)
                         : iterate(outcome, properties, path, load);
     if (!outcome.stable) return outcome;
-    react();
-    if (load.rub != 0.0) press(properties, path);
+    react(properties, load);
+    turn(properties.sections, load);
+    shorten();
+    if (load.rubs) press(properties, path);
     return outcome;
   }
 
   const BeamMesh<dimension>& mesh() const noexcept { return mesh_; }
+  /// Friction turns along the shaft that has slid. Wait-free.
+  void turn_friction(double share) noexcept {
+    turn_drag(mesh_, share);
+    shorten_embedded(mesh_, shortening_);
+  }
+  void forget_friction() noexcept {
+    for (BeamNode<dimension>& node : mesh_.nodes()) node.drag = node.drag_before = {};
+  }
   /// Lateral force [N] and moment [N m] of the tissue on the needle at the base, in the planes of x and z, y
   /// and z.
   const Place& force() const noexcept { return force_; }
   const Place& moment() const noexcept { return moment_; }
-  /// Integral of the lateral pressure's magnitude along the shaft [N], of the last solution with `rub`.
+  /// What the needle loses of energy per length that it gains at its base [N].
+  double pull() const noexcept { return pull_; }
+  const Shortening& shortening() const noexcept { return shortening_; }
+  /// Moment [N m] on the needle about its axis, which keeps a needle that is bent by itself from turning.
+  double turning() const noexcept { return turning_; }
+  /// What bending gains of energy per travel of the tip, with which the needle's sections move [N].
+  double advancing() const noexcept { return advancing_; }
+  /// Integral of the lateral pressure's magnitude along the shaft [N], of the last solution with `rubs`.
   double pressing() const noexcept { return pressing_; }
 
  private:
@@ -79,33 +99,58 @@ class BeamEquilibrium {
     outcome.converged = change <= close * properties.tolerance;
   }
 
+  /// The path at the nodes, without its newest piece, which is not yet where it stays.
+  void trace(const Path& path) noexcept {
+    for (BeamNode<dimension>& node : mesh_.nodes().subspan(mesh_.surface())) {
+      const double travel = std::min(node.travel, path.last_node());
+      node.path = path.at(travel);
+      node.along = path.direction(travel);
+    }
+  }
+
   void assemble(Equations& equations, const BeamProperties& properties, const Path& path, const Load& load,
                 bool cautious) noexcept {
     equations.clear(mesh_.count());
     add_free_part(equations, properties, load);
     add_embedded_part(equations, properties, path, load, cautious);
-    const std::size_t last = mesh_.count() - 1;
-    equations.diagonal[last].yr += load.axial.tip() / mesh_.h();  // the force at the tip follows the tangent
-    equations.diagonal[last].yy += load.contact;
-    for (std::size_t d = 0; d < dimension; ++d)
-      equations.value[last].y[d] += load.tip_force[d] + load.contact * load.contact_place[d];
+    add_tip(equations, load);
     add_surface(equations, properties, path, load);
     base_ = {equations.diagonal[0], equations.upper[0], equations.value[0]};
     hold_base(equations, properties.support, load);
   }
 
-  /// Sections above the surface, each an exact beam-column.
+  /// Forces on the tip. That of the axial force follows the needle, as far as it slid on.
+  void add_tip(Equations& equations, const Load& load) const noexcept {
+    const std::size_t last = mesh_.count() - 1;
+    equations.diagonal[last].yy += load.contact;
+    const bool along = mesh_.embedded() > 0;
+    const double force = along ? load.compression.tip : 0.0, cutting = along ? load.compression.cutting : 0.0;
+    for (std::size_t d = 0; d < dimension; ++d)
+      equations.value[last].y[d] +=
+          load.tip_force[d] + load.contact * load.contact_place[d] - force * mesh_.tip().along[d] -
+          cutting * mesh_.tip().drag[d];
+  }
+
+  /// A section above the surface, as an exact beam-column.
+  struct Column {
+    std::size_t section;
+    double length;
+    ColumnStiffness stiffness;
+  };
+  Column column(std::size_t i, const BeamProperties& properties, const Load& load) const noexcept {
+    const double length = mesh_[i + 1].travel - mesh_[i].travel;
+    const double middle = 0.5 * (mesh_[i].travel + mesh_[i + 1].travel);
+    const std::size_t section = properties.sections.at(mesh_.tip().travel - middle);
+    // beyond, it has buckled between its nodes: the equations at the limit are unstable already
+    const double p = load.compression.free * length * length / properties.sections.list[section].stiffness;
+    return {section, length, column_stiffness(std::min(p, 0.999 * clamped_buckling))};
+  }
   void add_free_part(Equations& equations, const BeamProperties& properties,
                      const Load& load) const noexcept {
-    const double compression = load.axial.at(0.0) + load.rub * pressing_;
     for (std::size_t i = 0; i < mesh_.surface(); ++i) {
-      const double length = mesh_[i + 1].travel - mesh_[i].travel;
-      const double middle = 0.5 * (mesh_[i].travel + mesh_[i + 1].travel);
-      const Section& section = properties.sections.list[properties.sections.at(mesh_.tip().travel - middle)];
-      // beyond, it has buckled between its nodes: the equations at the limit are unstable already
-      const double most = 0.999 * clamped_buckling * section.stiffness / (length * length);
-      equations.add(i,
-                    rescaled(beam_column(section.stiffness, length, std::min(compression, most)), mesh_.h()));
+      const Column& own = columns_[i];
+      const Section& section = properties.sections.list[own.section];
+      equations.add(i, rescaled(beam_column(section.stiffness, own.length, own.stiffness), mesh_.h()));
       add_bend(equations, i, section, load, {0.0, -1.0 / mesh_.h(), 0.0, 1.0 / mesh_.h()});
     }
   }
@@ -119,12 +164,14 @@ class BeamEquilibrium {
   void add_embedded_part(Equations& equations, const BeamProperties& properties, const Path& path,
                          const Load& load, bool cautious) const noexcept {
     const double h = mesh_.h();
-    const bool axial = !load.axial.none() || load.rub != 0.0, one = properties.sections.count == 1;
+    const Compression& force = load.compression;
+    const bool axial = force.surface != 0.0 || force.tip != 0.0, one = properties.sections.count == 1;
     const ElementMatrix bending =
         one ? bending_matrix(properties.sections.list[0].stiffness, h) : ElementMatrix{};
     BeamFoundation<dimension> foundation(properties, mesh_, path, load, bending, cautious);
     const double per_h = 1.0 / h;
-    double above = axial ? load.axial.at(0.0) : 0.0, rubbed = load.rub * pressing_;
+    const double change =
+        mesh_.embedded() > 0 ? (force.tip - force.surface) / static_cast<double>(mesh_.embedded()) : 0.0;
     for (std::size_t e = 0; e < mesh_.embedded(); ++e) {
       const std::size_t i = mesh_.surface() + e;
       const double from = h * static_cast<double>(e);
@@ -134,41 +181,143 @@ class BeamEquilibrium {
       else
         add_sections(equations, matrix, i, from, properties.sections, load);
       if (axial) {
-        const double below = load.axial.at(from + h), own = load.rub * pressure_[e] * h;
-        const double friction = above - below + own;
-        add_axial(matrix, below + rubbed - own + 0.5 * friction, friction * per_h, per_h);
-        above = below, rubbed -= own;
+        add_compression(matrix, force.surface + (static_cast<double>(e) + 0.5) * change, change, per_h);
+        if (change != 0.0) add_friction(equations, i, change);
       }
       equations.add(i, matrix);
     }
+  }
+  /// Friction pushes the shaft aside where it is not along the axis.
+  void add_friction(Equations& equations, std::size_t i, double change) const noexcept {
+    Place along;
+    for (std::size_t d = 0; d < dimension; ++d)
+      along[d] = 0.5 * (mesh_[i].along[d] + mesh_[i + 1].along[d]) + mesh_[i].drag[d];
+    add_force(equations, i, change, {0.5, 1.0 / 12.0, 0.5, -1.0 / 12.0}, along);
   }
 
   /// Bending of an element in which the needle's section may change.
   void add_sections(Equations& equations, ElementMatrix& matrix, std::size_t i, double from,
                     const Sections& sections, const Load& load) const noexcept {
     const double h = mesh_.h();
-    for (std::size_t k = sections.count; k-- > 0;) {  // from the base on
-      const double begin = std::max(from, load.embedded - sections.list[k].end);
-      const double end = k > 0 ? std::min(from + h, load.embedded - sections.list[k - 1].end) : from + h;
-      if (!(begin < end)) continue;
-      const double first = (begin - from) / h, second = (end - from) / h;
-      add_bending(matrix, sections.list[k].stiffness, h, first, second);
-      const auto before = hermite_slope(first), after = hermite_slope(second);
-      std::array<double, 4> change;
-      for (std::size_t n = 0; n < 4; ++n) change[n] = (after[n] - before[n]) / h;
-      add_bend(equations, i, sections.list[k], load, change);
+    each_section(sections, from, load.embedded, [&](const Section& section, double first, double second) {
+      add_bending(matrix, section.stiffness, h, first, second);
+      add_bend(equations, i, section, load, change_of_slope(first, second, h));
+    });
+  }
+  /// The sections of the needle in the element that begins at a depth, from the base on, each with the part of
+  /// the element that it takes.
+  template <class Visit>
+  void each_section(const Sections& sections, double from, double embedded, Visit visit) const noexcept {
+    const double h = mesh_.h();
+    for (std::size_t k = sections.count; k-- > 0;) {
+      const double begin = std::max(from, embedded - sections.list[k].end);
+      const double end = k > 0 ? std::min(from + h, embedded - sections.list[k - 1].end) : from + h;
+      if (begin < end) visit(sections.list[k], (begin - from) / h, (end - from) / h);
     }
+  }
+  static std::array<double, 4> change_of_slope(double first, double second, double h) noexcept {
+    const auto before = hermite_slope(first), after = hermite_slope(second);
+    std::array<double, 4> change;
+    for (std::size_t n = 0; n < 4; ++n) change[n] = (after[n] - before[n]) / h;
+    return change;
+  }
+  /// The moment about the axis is that of each section's own curvature, across the plane in which it points.
+  void turn(const Sections& sections, const Load& load) noexcept {
+    turning_ = advancing_ = 0.0;
+    if (sections.count > 1) advance_sections(sections, load);
+    if (!sections.bent()) return;
+    for (std::size_t i = 0; i < mesh_.surface(); ++i)
+      turning_ += turned(i, sections.list[columns_[i].section], load, 0.0, 1.0);
+    for (std::size_t i = mesh_.surface(); i + 1 < mesh_.count(); ++i)
+      each_section(sections, mesh_[i].travel, load.embedded,
+                   [&](const Section& section, double first, double second) {
+                     turning_ += turned(i, section, load, first, second);
+                   });
+  }
+  /// What bending gains as the section moves down at a place where it changes.
+  void advance_sections(const Sections& sections, const Load& load) noexcept {
+    for (std::size_t i = 1; i < mesh_.surface(); ++i)
+      advancing_ += given_back(i, sections, sections.list[columns_[i].section], load) -
+                    given_back(i, sections, sections.list[columns_[i - 1].section], load);
+    for (std::size_t i = mesh_.surface(); i + 1 < mesh_.count(); ++i) {
+      const Section* above = nullptr;
+      each_section(sections, mesh_[i].travel, load.embedded,
+                   [&](const Section& section, double first, double) {
+                     if (above) advancing_ += energy_at(i, *above, load, first) - energy_at(i, section, load, first);
+                     above = &section;
+                   });
+    }
+  }
+  /// Energy per length [N] that an element has at xi if it is of a section.
+  double energy_at(std::size_t i, const Section& section, const Load& load, double xi) const noexcept {
+    const auto &a = mesh_[i], &b = mesh_[i + 1];
+    const double h = mesh_.h(), per_square = 1.0 / (h * h);
+    double sum = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double bend = per_square * ((12.0 * xi - 6.0) * (a.place[d] - b.place[d]) +
+                                        h * ((6.0 * xi - 4.0) * a.slope[d] + (6.0 * xi - 2.0) * b.slope[d])) -
+                          section.curvature * load.bend[d];
+      sum += 0.5 * section.stiffness * bend * bend;
+    }
+    return sum;
+  }
+  /// Energy [N], M^2 / 2 EI + M curvature, that a section gives back per length at the upper end of column i.
+  double given_back(std::size_t i, const Sections& sections, const Section& section,
+                    const Load& load) const noexcept {
+    const Column& own = columns_[i];
+    const Section& below = sections.list[own.section];
+    const auto &a = mesh_[i], &b = mesh_[i + 1];
+    const auto& [s11, s12, s22, s24] = own.stiffness.value;
+    const double unit = below.stiffness / own.length;
+    double sum = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double moment = -unit * (s12 * (a.place[d] - b.place[d]) / own.length + s22 * a.slope[d] +
+                                     s24 * b.slope[d]) -
+                            below.stiffness * below.curvature * load.bend[d];
+      sum += moment * (0.5 * moment / section.stiffness + section.curvature * load.bend[d]);
+    }
+    return sum;
+  }
+  double turned(std::size_t i, const Section& section, const Load& load, double first,
+                double second) const noexcept {
+    const auto &a = mesh_[i], &b = mesh_[i + 1];
+    const double length = b.travel - a.travel;
+    const auto change = change_of_slope(first, second, length);
+    double across = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d)
+      across += load.bend_turns[d] * (change[0] * a.place[d] + change[1] * length * a.slope[d] +
+                                      change[2] * b.place[d] + change[3] * length * b.slope[d]);
+    return section.stiffness * section.curvature * across;
   }
 
   /// The pivot, and the foundation along a length too short for elements.
   void add_surface(Equations& equations, const BeamProperties& properties, const Path& path,
                    const Load& load) const noexcept {
     if (!(load.embedded > 0.0) || path.empty()) return;
-    double stiffness = properties.support.pivot_stiffness;
-    if (mesh_.embedded() == 0) stiffness += 0.5 * properties.layers[0].modulus * load.embedded;
-    equations.diagonal[mesh_.surface()].yy += stiffness;
+    const std::size_t surface = mesh_.surface();
+    const double pivot = load.pivot * properties.support.pivot_stiffness;
+    equations.diagonal[surface].yy += pivot;
+    for (std::size_t d = 0; d < dimension; ++d) equations.value[surface].y[d] += pivot * path.entry()[d];
+    if (mesh_.embedded() == 0) add_short_part(equations, properties.layers[0], path, load);
+  }
+
+  /// The foundation along a length too short for elements; a path that the tip writes goes along.
+  void add_short_part(Equations& equations, const LateralLayer& layer, const Path& path,
+                      const Load& load) const noexcept {
+    const std::size_t surface = mesh_.surface();
+    const double length = load.embedded * (load.cuts ? 1.0 / 3.0 : 1.0);
+    Place offset;
+    double square = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      offset[d] = mesh_[surface].place[d] - path.entry()[d];
+      square += offset[d] * offset[d];
+    }
+    const Secant at = stiffness_at(layer, std::sqrt(square));
+    const double stiffness = std::max(0.5 * (at.tangent + at.secant), 1e-9 * layer.modulus + 1e-12);
+    equations.diagonal[surface].yy += length * stiffness;
     for (std::size_t d = 0; d < dimension; ++d)
-      equations.value[mesh_.surface()].y[d] += stiffness * path.entry()[d];
+      equations.value[surface].y[d] +=
+          length * (stiffness * path.entry()[d] + (stiffness - at.secant) * offset[d]);
   }
 
   /// The base where it is held, or on its springs.
@@ -203,7 +352,7 @@ class BeamEquilibrium {
       }
   }
   /// The reaction of the base is what its own equation leaves.
-  void react() noexcept {
+  void react(const BeamProperties& properties, const Load& load) noexcept {
     const double h = mesh_.h();
     const auto &own = mesh_[0], &next = mesh_[mesh_.count() > 1 ? 1 : 0];
     for (std::size_t d = 0; d < dimension; ++d) {
@@ -217,8 +366,25 @@ class BeamEquilibrium {
       force_[d] = -force;
       moment_[d] = -moment * h;
     }
+    pull_ = 0.0;
+    const Section& section =
+        properties.sections.list[properties.sections.at(mesh_.tip().travel - own.travel)];
+    for (std::size_t d = 0; d < dimension && mesh_.surface() > 0; ++d)
+      pull_ += own.slope[d] * (force_[d] + 0.5 * load.compression.free * own.slope[d]) +
+               moment_[d] * (0.5 * moment_[d] / section.stiffness + section.curvature * load.bend[d]);
   }
-  /// The lateral pressure in the middle of each element, for the friction of the next step.
+  void shorten() noexcept {
+    shortening_ = {};
+    for (std::size_t i = 0; i < mesh_.surface(); ++i) {
+      const Column& own = columns_[i];
+      const auto &a = mesh_[i], &b = mesh_[i + 1];
+      for (std::size_t d = 0; d < dimension; ++d)
+        shortening_.free +=
+            column_shortening(own.stiffness, own.length, b.place[d] - a.place[d], a.slope[d], b.slope[d]);
+    }
+    shorten_embedded(mesh_, shortening_);
+  }
+  /// The lateral pressure, from that in the middle of each element.
   void press(const BeamProperties& properties, const Path& path) noexcept {
     const double h = mesh_.h();
     pressing_ = 0.0;
@@ -234,8 +400,7 @@ class BeamEquilibrium {
         square += (y - place[d]) * (y - place[d]);
       }
       const double offset = std::sqrt(square);
-      pressure_[e] = stiffness_at(properties.layers[layer], offset).secant * offset;
-      pressing_ += pressure_[e] * h;
+      pressing_ += h * stiffness_at(properties.layers[layer], offset).secant * offset;
     }
   }
 
@@ -246,9 +411,11 @@ class BeamEquilibrium {
   };
 
   BeamMesh<dimension> mesh_{};
+  std::array<Column, max_sections + 1> columns_{};
   BaseEquation base_{};
   Place force_{}, moment_{};
-  std::array<double, max_elements> pressure_{};  // [N/m]
+  Shortening shortening_{};
+  double pull_ = 0.0, turning_ = 0.0, advancing_ = 0.0;
   double pressing_ = 0.0;
 };
 

@@ -152,11 +152,15 @@ class BeamFoundation {
       double by_tip = 0.0;  // derivative of the path by the deflection of the tip
       Place place = piece.newest ? newest_place(travel, by_tip) : path_.at(travel);
       double stiffness = layer.modulus + layer.yielding_modulus;  // ahead of the last node nothing yields
-      if (!layer.linear() && !piece.newest)
-        stiffness = linearise(piece.layer, piece.element, shape, travel, place);
+      if (!layer.linear())
+        stiffness = piece.newest ? linearise_newest(layer, mesh_.place_in(piece.element, shape), by_tip, place)
+                                 : linearise(piece.layer, piece.element, shape, travel, place);
       const double factor = gauss_weights[g] * length * stiffness;
-      add_product(matrix, factor, shape, {shape[0], shape[1], shape[2] - by_tip, shape[3]});
-      add_force(equations, mesh_.surface() + piece.element, factor, shape, place);
+      const std::array<double, 4> offset{shape[0], shape[1], shape[2] - by_tip, shape[3]};
+      // what pulls the shaft towards the newest piece of path pulls the tip, which moves that, back
+      const auto& pulled = load_.pulls_back ? offset : shape;
+      add_product(matrix, factor, pulled, offset);
+      add_force(equations, mesh_.surface() + piece.element, factor, pulled, place);
     }
   }
   /// The path between its last node and the tip, without what the tip adds.
@@ -189,6 +193,18 @@ class BeamFoundation {
         2e-3 * modulus);
     const double sum = first + second;
     for (std::size_t d = 0; d < dimension; ++d) place[d] = (first * place[d] + second * yielded[d]) / sum;
+    return sum;
+  }
+  /// The same where the tip moves the path, by a share of its own deflection: nothing has yielded there.
+  double linearise_newest(const LateralLayer& layer, const Place& shaft, double by_tip,
+                          Place& place) const noexcept {
+    Place whole;
+    for (std::size_t d = 0; d < dimension; ++d) whole[d] = place[d] + by_tip * mesh_.tip().place[d];
+    Place shifted = whole;
+    const double first = linearised(
+        shaft, shifted, [&](double offset) { return stiffness_at(layer, offset); }, 1e-9 * layer.modulus);
+    const double sum = first + layer.yielding_modulus;
+    for (std::size_t d = 0; d < dimension; ++d) place[d] += first * (shifted[d] - whole[d]) / sum;
     return sum;
   }
   double bottom_of(std::size_t layer) const noexcept {

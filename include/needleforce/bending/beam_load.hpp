@@ -5,7 +5,6 @@
 #include <array>
 #include <cstddef>
 
-#include "axial_load.hpp"
 #include "cut_path.hpp"
 #include "lateral_layer.hpp"
 #include "needle_section.hpp"
@@ -19,20 +18,30 @@ inline constexpr std::size_t path_capacity = 3001;
 template <std::size_t dimension>
 using TissuePath = CutPath<dimension, path_capacity>;
 
+/// Axial forces along the needle [N], compression positive: above the surface, and linear from the surface to
+/// the tip.
+struct Compression {
+  double free = 0.0, surface = 0.0, tip = 0.0;
+  double cutting = 0.0;  ///< the part of that at the tip which follows the needle
+};
+
 /// What acts on the needle in one solution.
 template <std::size_t dimension>
 struct BeamLoad {
   using Place = std::array<double, dimension>;
-  double embedded = 0.0;     ///< length in the tissue [m]
-  double free_length = 0.0;  ///< from the base to the surface, or to the tip above it [m]
+  double embedded = 0.0;     ///< travel of the tip in the tissue [m]
+  double free_length = 0.0;  ///< of the needle from the base to the surface, or to the tip above it [m]
   Place lateral{}, tilt{};   ///< of the base [m], [rad]
   Place tip_force{};         ///< [N]
   Place bend{};              ///< direction in which the unloaded needle is bent, a unit vector
-  AxialLoad axial;
-  double rub = 0.0;       ///< axial friction over lateral pressure, of the direction of the motion [1]
-  double contact = 0.0;   ///< lateral stiffness of a tip that presses on the surface [N/m]
-  Place contact_place{};  ///< where it touched
-  bool cuts = false;      ///< the tip is at the front of its path and writes it
+  Place bend_turns{};        ///< its derivative by the roll
+  Compression compression{};
+  double contact = 0.0;     ///< lateral stiffness of the tissue at the tip [N/m]
+  Place contact_place{};    ///< where that is unloaded
+  double pivot = 1.0;       ///< share of the pivot that holds already
+  bool cuts = false;        ///< the tip is at the front of its path and writes it
+  bool pulls_back = false;  ///< the newest piece of path, which the tip writes, holds the tip
+  bool rubs = false;        ///< lateral pressure makes axial friction
 };
 
 /// Chosen before the loop.

@@ -15,11 +15,15 @@ namespace needleforce::bending {
 inline constexpr std::size_t max_elements = 100;
 inline constexpr std::size_t max_nodes = max_elements + max_sections + 2;
 
-/// A node: its distance from the surface, positive in the tissue [m], deflection [m] and slope [1].
+/// A node: its distance from the surface, along the needle above and along the path in the tissue, where it
+/// is positive [m]; deflection [m], slope [1], where the path is [m] and its direction [1], and by how much
+/// the needle is longer than its path from here to the next node [m].
 template <std::size_t dimension>
 struct BeamNode {
   double travel = 0.0;
-  std::array<double, dimension> place{}, slope{};
+  std::array<double, dimension> place{}, slope{}, path{}, along{};
+  double longer = 0.0;
+  std::array<double, dimension> drag{}, drag_before{};  ///< slope to the path of the friction from here on
 };
 
 /// Nodes at the base, where the needle's section changes above the surface, at the surface, and evenly in the
@@ -111,6 +115,7 @@ class BeamMesh {
                       shape[3] * length * b.slope[d];
       if (xi > 1.0) node.place[d] += (node.travel - b.travel) * b.slope[d];
     }
+    node.drag = a.drag, node.drag_before = a.drag_before;
   }
 
   std::array<Node, max_nodes> nodes_{};

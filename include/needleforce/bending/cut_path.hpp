@@ -49,14 +49,27 @@ class CutPath {
     return count_ == 0 ? front_ == 0.0 : front_ >= last_node() - spacing && front_ <= next_node() + spacing;
   }
 
-  /// Writes the front, and a node where it comes to the next one. Wait-free.
-  void write(double travel, const Place& place) noexcept {
-    if (count_ < capacity && travel >= next_node() - 1e-9 * spacing) {
-      yielded_[count_] = place;
-      nodes_[count_++] = place;
+  /// Writes the front, and the nodes to which it comes: a tip that is close to one counts as there. The first
+  /// has the direction of the needle that enters. Wait-free.
+  void write(double travel, const Place& place, const Place& entering = {}) noexcept {
+    while (count_ < capacity && travel >= next_node() - close * spacing) {
+      const Place node = count_ > 0 ? newest_place(next_node(), travel, place) : place;
+      turn(node, entering);
+      yielded_[count_] = node;
+      nodes_[count_++] = node;
     }
     front_ = travel;
     front_place_ = place;
+  }
+  static constexpr double close = 1e-3;     ///< to a node, in spacings
+  static constexpr double sharpest = 50.0;  ///< curvature that the direction of the path follows [1/m]
+  /// The slope of the path at a travel [m]: that of its nodes, without the steps that a tip leaves which is
+  /// moved aside at rest. Wait-free.
+  Place direction(double travel) const noexcept {
+    if (count_ < 2) return {};
+    const double place = std::clamp(travel * per_spacing_, 0.0, static_cast<double>(count_ - 1));
+    const std::size_t k = std::min(static_cast<std::size_t>(static_cast<long>(place)), count_ - 2);
+    return along(directions_, k, place - static_cast<double>(k));
   }
   /// The weights of the last two nodes and the front for a place between the last node and a front at
   /// `front`. Wait-free.
@@ -107,16 +120,36 @@ class CutPath {
     return result;
   }
   Place behind_front(double travel) const noexcept {
-    const Newest weights = newest(std::min(travel, front_), front_);
+    return newest_place(std::min(travel, front_), front_, front_place_);
+  }
+  /// The parabola through the last two nodes and a front.
+  Place newest_place(double travel, double front, const Place& front_place) const noexcept {
+    const Newest weights = newest(travel, front);
     const Place& last = nodes_[count_ - 1];
     const Place& before = count_ < 2 ? last : nodes_[count_ - 2];
     Place result;
     for (std::size_t d = 0; d < dimension; ++d)
-      result[d] = weights.before * before[d] + weights.last * last[d] + weights.front * front_place_[d];
+      result[d] = weights.before * before[d] + weights.last * last[d] + weights.front * front_place[d];
     return result;
   }
 
-  Nodes nodes_{}, yielded_{};
+  void turn(const Place& node, const Place& entering) noexcept {
+    if (count_ == 0) {
+      directions_[0] = entering;
+      return;
+    }
+    const Place& before = directions_[count_ - 1];
+    Place turned;
+    double square = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      turned[d] = (node[d] - nodes_[count_ - 1][d]) * per_spacing_ - before[d];
+      square += turned[d] * turned[d];
+    }
+    const double most = sharpest * spacing, share = square > most * most ? most / std::sqrt(square) : 1.0;
+    for (std::size_t d = 0; d < dimension; ++d) directions_[count_][d] = before[d] + share * turned[d];
+  }
+
+  Nodes nodes_{}, yielded_{}, directions_{};
   double per_spacing_;
   std::size_t count_ = 0;
   double front_ = 0.0;

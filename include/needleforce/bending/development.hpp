@@ -126,26 +126,30 @@ template <std::size_t dimension>
 void follow_piece(const BeamMesh<dimension>& mesh, Development<dimension>& curve, std::size_t i,
                   std::size_t k, std::size_t count) noexcept {
   const auto &a = mesh[i], &b = mesh[i + 1];
-  const double whole = i < mesh.surface() ? b.travel - a.travel : mesh.h();
+  const bool free = i < mesh.surface();
+  const double more = free ? 0.0 : std::clamp(a.longer, -0.5 * mesh.h(), 0.5 * mesh.h());
+  // at an angle to the path: its length is sqrt(1 + t^2) = 1 + s - s^2 / 2, s = t^2 / 2, its angle t (1 - t^2
+  // / 3)
+  const double whole = free ? b.travel - a.travel : mesh.h() + more * (1.0 - 0.5 * more / mesh.h());
+  const double turned = free ? 1.0 : 1.0 + more / (3.0 * mesh.h());
   const double share = 1.0 / static_cast<double>(count), length = whole * share;
   std::array<double, dimension> chord;
   double square = 0.0;
   for (std::size_t d = 0; d < dimension; ++d) {
     const double change = (b.slope[d] - a.slope[d]) * share;
-    chord[d] = (b.place[d] - a.place[d]) / whole;
+    chord[d] = turned * (b.place[d] - a.place[d]) / whole;
     if (count > 1) chord[d] = cubic_chord(a, b, d, whole, static_cast<double>(k) * share, share);
     square += change * change;
   }
   curve.advance(square < 1.0 ? length * (1.0 - square * (1.0 / 24.0)) : length, chord);
 }
 
-/// Follows the needle from the base to the tip, chord by chord, and calls `visit` with each point [m].
-/// Wait-free.
+/// Follows the needle from the base, at a depth `from` [m], to the tip, chord by chord, and calls `visit`
+/// with each point [m]. Wait-free.
 template <std::size_t dimension, class Visit>
-Development<dimension> follow(const BeamMesh<dimension>& mesh, Visit visit) noexcept {
+Development<dimension> follow(const BeamMesh<dimension>& mesh, double from, Visit visit) noexcept {
   const auto& first = mesh.base();
-  Development<dimension> curve(
-      {first.place[0], dimension > 1 ? first.place[dimension - 1] : 0.0, first.travel});
+  Development<dimension> curve({first.place[0], dimension > 1 ? first.place[dimension - 1] : 0.0, from});
   if (mesh.count() == 0) return curve;
   visit(curve.position());
   for (std::size_t i = 0; i + 1 < mesh.count(); ++i) {

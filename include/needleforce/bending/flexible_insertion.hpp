@@ -13,6 +13,8 @@
 
 #include "../insertion.hpp"
 #include "../state_bytes.hpp"
+#include "axial_drive.hpp"
+#include "base_wrench.hpp"
 #include "flexible_state.hpp"
 
 namespace needleforce::bending {
@@ -72,7 +74,7 @@ class FlexibleInsertion {
   /// Wait-free.
   template <class Visit>
   void shape(Visit visit) const noexcept {
-    follow(mesh(), visit);
+    follow(mesh(), base_depth(), visit);
   }
   /// Number of points of the shape. Wait-free.
   std::size_t shape_points() const noexcept { return curve_points(mesh()); }
@@ -156,20 +158,24 @@ class FlexibleInsertion {
   void start(const Base& base, double dt, Events& events) noexcept {
     state_.started = true;
     state_.base = base;
-    press(base, dt, events);
+    state_.reached = base.depth;
+    const auto memory = axial_.state();
+    axial_.step(base.depth, no_velocity, dt);  // what a first step there has pierced
     if (axial_.pierced_layers() > 0 && base.depth > 0.0) {
       const double above = settings_.beam.support.free_length(base.depth);
       state_.embedded = true;
       while (state_.path.empty() || state_.path.next_node() <= base.depth)
-        state_.path.write(state_.path.next_node(), straight(base, above + state_.path.next_node()));
+        state_.path.write(state_.path.next_node(), straight(base, above + state_.path.next_node()),
+                          straight(base, 1.0, 0.0));
       state_.path.write(base.depth, straight(base, above + base.depth));
       state_.ahead = state_.path.front_place();
     }
-    settle(base, events);
+    axial_.return_to(memory);
+    settle(base, dt, events);
   }
-  static Place straight(const Base& base, double distance) noexcept {
+  static Place straight(const Base& base, double distance, double aside = 1.0) noexcept {
     Place place;
-    for (std::size_t d = 0; d < dimension; ++d) place[d] = base.lateral[d] + base.tilt[d] * distance;
+    for (std::size_t d = 0; d < dimension; ++d) place[d] = aside * base.lateral[d] + base.tilt[d] * distance;
     return place;
   }
 
@@ -178,20 +184,22 @@ class FlexibleInsertion {
   /// steps.
   void advance(const Base& base, double dt, Events& events) noexcept {
     const Base from = state_.base;
-    const double travel = base.depth - from.depth, across = yields_ ? across_of(from, base) : 0.0;
+    const double travel = base.depth - from.depth;
+    const double across = yields_ || coupled() ? across_of(from, base) : 0.0;
+    const double stride = (yields_ ? 1.0 : 10.0) * state_.path.spacing;
     double done = 0.0;
     while (done < 1.0) {
-      const double next = travel > 0.0 ? next_node(state_.base.depth) : base.depth;
+      const double next = travel > 0.0 ? next_depth() : base.depth;
       const bool last_node = !(next < base.depth - 1e-9 * state_.path.spacing);
       const double by_node = last_node ? 1.0 : (next - from.depth) / travel;
-      const double left = std::max(0.0, state_.path.spacing - state_.moved_across);
+      const double left = std::max(0.0, stride - state_.moved_across);
       const double by_motion = across * (1.0 - done) > left ? done + left / across : 1.0;
       const bool aside = by_motion < by_node;
       const double share = aside ? by_motion : by_node;
       const double depth = aside ? from.depth + share * travel : next;
       state_.moved_across += (share - done) * across;
       const bool on_node = travel > 0.0 && next < base.depth + 1e-9 * state_.path.spacing;
-      const bool remembers = on_node || state_.moved_across >= (1.0 - 1e-9) * state_.path.spacing;
+      const bool remembers = on_node || state_.moved_across >= (1.0 - 1e-9) * stride;
       if (remembers) state_.moved_across = 0.0;
       move(share == 1.0 ? base : between(from, base, share, depth), dt * (share - done), events, remembers);
       done = share;
@@ -207,79 +215,207 @@ class FlexibleInsertion {
     }
     return std::sqrt(square);
   }
-  /// Where the path takes its next node, or the surface [m].
-  double next_node(double depth) const noexcept {
-    if (depth < 0.0) return 0.0;
-    const double front = state_.embedded ? std::max(state_.path.front(), depth) : depth;
-    return state_.path.spacing * (std::floor(front / state_.path.spacing + 1e-6) + 1.0);
+  /// At which depth the path takes its next node, or the tip comes to the surface [m].
+  double next_depth() const noexcept {
+    const double lag = state_.base.depth - state_.reached;
+    if (state_.reached < 0.0) return lag;
+    const double front = state_.embedded ? std::max(state_.path.front(), state_.reached) : state_.reached;
+    const double spacing = state_.path.spacing;
+    return lag + spacing * (std::floor(front / spacing + state_.path.close) + 1.0);
   }
   void move(const Base& to, double dt, Events& events, bool remembers) noexcept {
-    press(to, dt, events);
-    if (axial_.pierced_layers() > 0 && !state_.embedded && to.depth > 0.0) enter(state_.base.depth);
-    if (state_.embedded && to.depth > 0.0) {
-      turn_tip(to);
-      rub(to.depth - state_.base.depth, dt);
-    }
-    settle(to, events);
-    if (remembers && yields_ && state_.embedded && to.depth > 0.0)
-      push_aside(settings_.beam, mesh(), state_.path);
+    settle(to, dt, events);
+    if (remembers && yields_ && in_tissue()) push_aside(settings_.beam, mesh(), state_.path);
     state_.base = to;
   }
-  void press(const Base& to, double dt, Events& events) noexcept {
-    state_.sample = axial_.step(to.depth, no_velocity, dt);
+  /// True where bending shortens the needle, by no more than what its slopes may be.
+  bool coupled() const noexcept {
+    const double length = mesh().count() > 0 ? mesh().tip().travel - mesh().base().travel : 0.0;
+    return !settings_.small_slopes && std::abs(state_.beam.shortening().whole()) <= length / 3.0;
+  }
+  bool in_tissue() const noexcept { return state_.embedded && state_.reached > 0.0; }
+  bool guided() const noexcept { return settings_.beam.support.guide_distance != Support::no_guide; }
+  double base_depth() const noexcept { return -settings_.beam.support.free_length(state_.base.depth); }
+
+  /// The shape, the travel of the tip and the axial force at a place of the base, which are one: a needle
+  /// that bends is shorter, its shaft slides less, and its axial force bends it. Writes the path where the
+  /// tip is new.
+  void settle(const Base& to, double dt, Events& events) noexcept {
+    AxialDrive<Axial> drive(axial_, state_.slide, settings_.lengths, state_.beam.pressing(), dt);
+    const Began began{shortening(), state_.reached, state_.slid, tip_place()};
+    const double reached = state_.reached;
+    Shortening shape = began.shape;
+    state_.reached = to.depth - shape.whole();
+    drive.to(slid(began, shape, to.depth), in_tissue());
+    if (axial_.pierced_layers() > 0 && !state_.embedded && state_.reached > 0.0) enter(reached);
+    press(drive.sample());
+    turn_tip(to, reached, drive.sample());
+    ForceSearch search;
+    double force = drive.force() + (coupled() ? state_.tip_pull : 0.0);
+    BeamLoad<dimension> load = load_of(to, shape, force, drive.force());
+    for (std::size_t tries = 1; solve(load, events) && coupled(); ++tries) {
+      const Shortening now = shortening();
+      const double pull = load.compression.free - load.compression.surface;
+      drive.to(slid(began, now, to.depth), in_tissue());
+      state_.tip_pull = tip_pull(load, drive.force());
+      const double missing = drive.force() + state_.tip_pull - force;
+      const double change = now.whole() - began.shape.whole();
+      const double unbalanced = std::abs(missing) + std::abs(free_pull() - pull);
+      if (tries == max_tries || (unbalanced * std::abs(change) <= smallest_work &&
+                                 std::abs(missing) <= small_force * (1.0 + std::abs(force)) &&
+                                 std::abs(now.whole() - shape.whole()) <= smallest_length))
+        break;
+      force = search.next(force, missing, state_.slide.travel, drive.by_travel(), state_.give);
+      shape = now;
+      state_.reached = to.depth - shape.whole();
+      load = load_of(to, shape, force, drive.force());
+    }
+    take(drive, load, events, began);
+  }
+  static constexpr std::size_t max_tries = 12;
+  static constexpr double smallest_work = 1e-13;  // [J]
+  static constexpr double small_force = 1e-3, smallest_length = 1e-7;
+
+  Shortening shortening() const noexcept { return coupled() ? state_.beam.shortening() : Shortening{}; }
+  /// Where a part of a step began.
+  struct Began {
+    Shortening shape;
+    double reached, slid;
+    Place tip;
+  };
+  Place tip_place() const noexcept { return mesh().count() > 0 ? mesh().tip().place : Place{}; }
+  /// Travel of the shaft [m]: that of its friction, which is the mean along it, and of what cuts, at the tip,
+  /// by their shares of the axial force.
+  double slid(const Began& began, const Shortening& now, double depth) noexcept {
+    const double reached = depth - now.whole(), tip = reached - began.reached;
+    double& wanted = state_.slid;
+    wanted = began.slid + tip;
+    if (coupled() && in_tissue() && mesh().embedded() > 0) {
+      const auto per_length = [](double of, double length) { return length > 0.0 ? of / length : 0.0; };
+      const Shortening& was = began.shape;
+      const double grows = 0.5 * (per_length(was.weighted, began.reached) + per_length(now.weighted, reached));
+      const double shaft = now.weighted - was.weighted + now.aside - was.aside +
+                           (grows - 0.5 * (now.passing + was.passing)) * tip;
+      double aside = 0.0;
+      const auto& node = mesh().tip();
+      for (std::size_t d = 0; d < dimension; ++d)
+        aside += 0.5 * (node.drag[d] + node.drag_before[d]) *
+                 (node.place[d] - began.tip[d] - node.along[d] * tip);
+      wanted += state_.slide.share * shaft + (1.0 - state_.slide.share) * aside;
+    }
+    return std::min(wanted, std::min(state_.path.longest(), axial_.reach()));
+  }
+  /// What the part above the surface is compressed by more than the rest: the needle at the surface bears the
+  /// axial part of the lateral forces of the tissue [N].
+  double free_pull() const noexcept { return mesh().embedded() > 0 ? state_.beam.pull() : 0.0; }
+
+  bool solve(const BeamLoad<dimension>& load, Events& events) noexcept {
+    if (state_.buckled) return false;
+    const auto outcome = state_.beam.solve(settings_.beam, state_.path, load);
+    state_.buckled = !outcome.stable;
+    events.converged &= outcome.converged;
+    return outcome.stable;
+  }
+  /// What remains of the step.
+  void take(const AxialDrive<Axial>& drive, const BeamLoad<dimension>& load, Events& events,
+            const Began& began) noexcept {
+    state_.sample = drive.sample();
     events.contact |= state_.sample.contact;
     events.punctured |= state_.sample.punctured;
     events.exit |= state_.sample.exit;
+    state_.along = drive.force() + (coupled() ? state_.tip_pull + free_pull() : 0.0);
+    state_.force = state_.along - (coupled() && guided() ? state_.beam.pull() : 0.0);
+    if (mesh().embedded() > 0)
+      state_.beam.turn_friction(
+          1.0 - std::exp(-std::abs(state_.slid - began.slid) / state_.path.spacing));
+    if (!(state_.reached > 0.0)) leave();
+    if (load.cuts) {
+      const std::size_t nodes = state_.path.nodes();
+      share_friction();
+      const double piece = std::max(0.0, state_.reached - state_.path.last_node());
+      for (std::size_t d = 0; d < dimension; ++d)
+        state_.owed += load.tip_force[d] * (mesh().tip().place[d] - state_.path.front_place()[d]);
+      state_.path.write(state_.reached, mesh().tip().place);
+      if (state_.path.nodes() > nodes) lean(piece);
+    }
   }
-  /// The friction of the lateral pressure, which keeps its force at rest as the axial laws do.
-  void rub(double travel, double dt) noexcept {
-    const DepthNoise noise = noise_of(axial_.limits().depth_noise);
-    const double full = settings_.lengths.pressure_friction * state_.beam.pressing();
-    const double before = full * state_.rub;
-    if (noise.range > 0.0) travel = state_.returnable.felt(travel, {.force = before}, dt, noise);
-    const double wanted = state_.rub + travel / settings_.lengths.presliding;
-    state_.rub = std::clamp(wanted, -1.0, 1.0);
-    const double slipped = settings_.lengths.presliding * (wanted - state_.rub);
-    if (noise.range > 0.0) state_.returnable.add(before, {slipped, full * state_.rub}, noise);
-  }
-  /// The surface is punctured: the tissue closes around the shaft, whose tip stood where it touched.
+
+  /// The surface is punctured: the tissue closes around the shaft, whose tip stood where it touched. It holds
+  /// no more energy than the contact did.
   void enter(double depth) noexcept {
     state_.embedded = true;
     const double reached = std::max(0.0, depth);
+    const double grips = layer_at(0.0).modulus * reached;
+    const double share = grips > state_.grip ? std::sqrt(state_.grip / grips) : 1.0;
+    Place place = state_.touch;
+    for (std::size_t d = 0; d < dimension && mesh().count() > 0; ++d)
+      place[d] = mesh().tip().place[d] - share * (mesh().tip().place[d] - state_.touch[d]);
     while (state_.path.empty() || state_.path.next_node() <= reached)
-      state_.path.write(state_.path.next_node(), state_.touch);
-    state_.path.write(reached, state_.touch);
-    state_.ahead = state_.touch;
+      state_.path.write(state_.path.next_node(), place, mesh().tip().slope);
+    state_.path.write(reached, place);
+    state_.ahead = place;
+    state_.push = state_.lean = {};
   }
-  /// The tip's lateral force follows the bevel while the tip cuts.
-  void turn_tip(const Base& to) noexcept {
-    const double cut = to.depth - std::max(state_.path.front(), state_.base.depth);
+  /// A tip that presses on a half space of nu = 1/2 is held across by 2/3 of the axial stiffness (Mindlin).
+  /// What more of it touches is unloaded there; what loses touch has no force.
+  void press(const Sample& sample) noexcept {
+    const double before = state_.grip;
+    state_.grip =
+        state_.embedded || !(state_.reached > 0.0) ? 0.0 : 2.0 / 3.0 * std::max(0.0, sample.force_by_depth);
+    if (!(state_.grip > before) || mesh().count() == 0) return;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double place = mesh().tip().place[d];
+      state_.touch[d] = place - before / state_.grip * (place - state_.touch[d]);
+    }
+  }
+  /// The tip's lateral force follows the bevel while the tip cuts. The axial force pays
+  /// for what the lateral force does on the tip: the bevel is a wedge.
+  void turn_tip(const Base& to, double before, const Sample& sample) noexcept {
+    state_.charge = 0.0;
+    if (!in_tissue()) return;
+    const double cut = state_.reached - std::max(state_.path.front(), before);
     if (!(cut > 0.0)) return;
-    const double share = cut / (to.depth - state_.base.depth);
-    const double left = 1.0 - std::exp(-cut / settings_.lengths.tip_memory);
-    for (std::size_t d = 0; d < dimension; ++d)
-      state_.ahead[d] += left * (state_.path.front_place()[d] - state_.ahead[d]);
+    const double share = std::min(1.0, cut / (state_.reached - before));
     state_.tip_load.advance(cut, settings_.lengths.bevel_length,
                             to.roll - share * (to.roll - state_.base.roll), to.roll);
-  }
-
-  /// Solves for the shape; writes the path where the tip is new.
-  void settle(const Base& base, Events& events) noexcept {
-    const BeamLoad<dimension> load = load_of(base);
-    if (!state_.buckled) {
-      const auto outcome = state_.beam.solve(settings_.beam, state_.path, load);
-      state_.buckled = !outcome.stable;
-      events.converged &= outcome.converged;
+    const double left = 1.0 - std::exp(-cut / settings_.lengths.tip_memory);
+    const double pays = 1.0 - std::exp(-cut / state_.path.spacing);
+    const double full = sample.lateral + layer_at(state_.reached).tip_force;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      state_.ahead[d] += left * (state_.path.front_place()[d] - state_.ahead[d]);
+      state_.push[d] = full * state_.tip_load.share()[d];
     }
-    if (!(base.depth > 0.0)) leave();
-    if (load.cuts) state_.path.write(base.depth, mesh().tip().place);
-    state_.tip_force = load.tip_force;
+    state_.charge = state_.owed * pays / cut;
+    state_.owed -= state_.owed * pays;
+  }
+  /// The newest `piece` [m] of the path does not pull a tip back that cuts. From node to node, whatever the
+  /// steps.
+  void lean(double piece) noexcept {
+    if (mesh().embedded() == 0) return;
+    const double spacing = state_.path.spacing;
+    const double left = 1.0 - std::exp(-spacing / settings_.lengths.tip_memory);
+    const LateralLayer& layer = layer_at(state_.reached);
+    const double drags = !coupled() ? 0.0
+                                    : (layer.modulus + layer.yielding_modulus) * piece * piece *
+                                          (piece / 12.0 + spacing / 6.0) / (piece + spacing);
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double lag = mesh().tip().along[d] - mesh().tip().slope[d];
+      state_.lean[d] -= left * (drags * lag + state_.lean[d]);
+    }
+  }
+  /// The share of friction in the axial force, as of a needle that goes in; where the shaft is, stays.
+  void share_friction() noexcept {
+    const double whole = state_.sample.friction + state_.sample.cutting;
+    if (!(whole > 0.0)) return;
+    state_.slide.share = std::clamp(state_.sample.friction / whole, 0.0, 1.0);
   }
   /// Out of the tissue: a needle that comes back elsewhere makes a hole of its own.
   void leave() noexcept {
     state_.touch = mesh().tip().place;
     state_.buckled = false;
-    state_.rub = 0.0;
+    state_.slide.rub = state_.slide.most = 0.0;
+    state_.slid = state_.reached;
+    state_.beam.forget_friction();
     if (!state_.embedded) return;
     double square = 0.0;
     for (std::size_t d = 0; d < dimension; ++d)
@@ -290,47 +426,86 @@ class FlexibleInsertion {
   }
   void forget() noexcept {
     state_.embedded = state_.buckled = false;
-    state_.rub = 0.0;
+    state_.slide = {};
     state_.path.clear();
     state_.tip_load.clear();
   }
 
-  BeamLoad<dimension> load_of(const Base& base) const noexcept {
+  BeamLoad<dimension> load_of(const Base& base, const Shortening& shape, double force,
+                              double axial) const noexcept {
     BeamLoad<dimension> load;
-    const bool in_tissue = state_.embedded && base.depth > 0.0;
-    load.embedded = in_tissue ? base.depth : 0.0;
-    load.free_length = settings_.beam.support.free_length(base.depth) + (in_tissue ? 0.0 : base.depth);
+    const bool inside = in_tissue();
+    load.embedded = inside ? state_.reached : 0.0;
+    load.free_length =
+        std::max(0.0, settings_.beam.support.free_length(base.depth) + (inside ? shape.free : base.depth));
+    load.compression = {force + (coupled() && inside ? free_pull() : 0.0), force,
+                        force - state_.slide.share * axial, (1.0 - state_.slide.share) * axial};
     const std::array<double, 2> bevel{std::cos(base.roll), std::sin(base.roll)};
-    const double full = in_tissue ? full_tip_force(base.depth) : 0.0;
+    const std::array<double, 2> turns{-bevel[1], bevel[0]};
+    const double left = inside ? share_left(state_.reached) : 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
       load.lateral[d] = base.lateral[d];
       load.tilt[d] = base.tilt[d];
       load.bend[d] = bevel[d];
-      load.tip_force[d] = full * state_.tip_load.share()[d];
+      load.bend_turns[d] = turns[d];
+      load.tip_force[d] = left * (state_.push[d] + state_.lean[d]);
     }
-    load.axial.take(axial_, state_.sample);
-    if (in_tissue) {
-      load.cuts = base.depth >= state_.path.front();
-      load.rub = settings_.lengths.pressure_friction * state_.rub;
-      load.contact = behind(base.depth) == 0.0 ? layer_at(base.depth).tip_stiffness : 0.0;
+    if (inside) {
+      load.cuts = state_.reached >= state_.path.front();
+      load.pulls_back = coupled();
+      load.rubs = settings_.lengths.pressure_friction > 0.0;
+      load.contact = left * layer_at(state_.reached).tip_stiffness;
       load.contact_place = state_.ahead;
-    } else if (base.depth > 0.0) {
-      // a tip that presses on a half space of nu = 1/2 is held across by 2/3 of the axial stiffness (Mindlin)
-      load.contact = 2.0 / 3.0 * std::max(0.0, state_.sample.force_by_depth);
+      load.pivot = coupled() ? std::min(1.0, state_.reached / settings_.lengths.tip_memory) : 1.0;
+    } else {
+      load.contact = state_.grip;
       load.contact_place = state_.touch;
     }
     return load;
-  }
-  /// The lateral force of the bevel's face, and of the layer that the tip cuts, which falls to zero on
-  /// withdrawal.
-  double full_tip_force(double depth) const noexcept {
-    const double left = std::max(0.0, 1.0 - behind(depth) / settings_.lengths.unloading);
-    return state_.sample.lateral + layer_at(depth).tip_force * left;
   }
   /// How far the tip is behind the front, apart from what the noise of the depth explains [m].
   double behind(double depth) const noexcept {
     const double explained = 2.0 * axial_.limits().depth_noise;
     return std::max(0.0, state_.path.front() - std::min(explained, state_.path.front()) - depth);
+  }
+  /// What is left of the lateral forces on the tip as it withdraws.
+  double share_left(double depth) const noexcept {
+    return std::max(0.0, 1.0 - behind(depth) / settings_.lengths.unloading);
+  }
+  /// What the lateral energy gains per travel of the tip along its path, at the shape of the last solution
+  /// [N].
+  double tip_pull(const BeamLoad<dimension>& load, double axial) const noexcept {
+    if (!in_tissue()) return 0.0;
+    const LateralLayer& layer = layer_at(state_.reached);
+    const auto& tip = mesh().tip();
+    const std::size_t n = mesh().embedded(), last = mesh().count() - 1;
+    const double h = mesh().h(), left = share_left(state_.reached);
+    const bool newest = !(state_.reached < state_.path.last_node());
+    const Place place = load.cuts || n == 0 ? tip.place : state_.path.at(state_.reached);
+    double sum = state_.beam.advancing() + (load.cuts ? state_.charge : 0.0), square = 0.0, pivot = 0.0, held = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double surface = mesh()[mesh().surface()].place[d] - state_.path.entry()[d];
+      const double off = tip.place[d] - state_.ahead[d];
+      pivot += surface * surface;
+      held += 0.5 * layer.tip_stiffness * off * off -
+              (state_.push[d] + state_.lean[d]) * (tip.place[d] - state_.path.front_place()[d]);
+      const double away = n > 0 ? tip.place[d] - place[d] : surface;
+      square += away * away;
+      if (n == 0) continue;
+      const double slope = tip.slope[d] - tip.along[d];
+      const double turn = newest ? 0.0 : (tip.along[d] - mesh()[last - 1].along[d]) / h;
+      sum += load.compression.tip * ((tip.place[d] - tip.path[d]) * turn - 0.5 * slope * slope) +
+             (1.0 - state_.slide.share) * axial * tip.drag[d] * slope +
+             tip.slope[d] * (load.contact * off - load.tip_force[d]);
+    }
+    if (left > 0.0 && left < 1.0) sum += held / settings_.lengths.unloading;
+    if (load.pivot < 1.0)
+      sum += 0.5 * settings_.beam.support.pivot_stiffness * pivot / settings_.lengths.tip_memory;
+    if (n == 0) return sum + (load.cuts ? 1.0 / 3.0 : 1.0) * short_energy(layer, std::sqrt(square));
+    return load.cuts ? sum : sum + energy_per_length(layer, std::sqrt(square));
+  }
+  static double short_energy(const LateralLayer& layer, double offset) noexcept {
+    return foundation_energy(layer.form, offset, layer.modulus, layer.scale);
   }
   const LateralLayer& layer_at(double depth) const noexcept {
     const BeamProperties& beam = settings_.beam;
@@ -345,13 +520,13 @@ class FlexibleInsertion {
     result.axial.contact = events.contact;
     result.axial.punctured = events.punctured;
     result.axial.exit = events.exit;
-    result.force =
-        state_.sample.force + settings_.lengths.pressure_friction * state_.rub * state_.beam.pressing();
+    result.force = state_.force;
     result.unsupported = -mesh().base().travel;
     result.buckled = state_.buckled;
     result.moved = true;
-    for (double force : state_.tip_force) result.lateral += force * force;
-    result.lateral = std::sqrt(result.lateral);
+    const double left = share_left(state_.reached);
+    for (const double push : state_.push) result.lateral += push * push;
+    result.lateral = left * std::sqrt(result.lateral);
     result.status = state_.sample.status;
     if (result.status == Status::ok && (state_.buckled || !events.converged || too_steep()))
       result.status = Status::outside_range;
@@ -376,21 +551,21 @@ class FlexibleInsertion {
   void place_tip(BentSample& result) const noexcept {
     if (settings_.small_slopes) {
       const auto& tip = mesh().tip();
-      result.tip = {tip.place[0], second(tip.place), tip.travel};
+      result.tip = {tip.place[0], second(tip.place), state_.reached};
       result.tangent = {tip.slope[0], second(tip.slope), 1.0};
     } else {
-      Development<dimension> end = follow(mesh(), [](const Vector&) noexcept {});
+      Development<dimension> end = follow(mesh(), base_depth(), [](const Vector&) noexcept {});
       result.tip = end.position();
       result.tangent = end.tangent(mesh().tip().slope);
     }
   }
-  /// Forces and moments in the frame of the tissue, turned by the slope at the base. Lateral forces have no
-  /// moment about the axis: a round needle takes them by bending alone, x' S y = y' S x.
+  /// On the base as it is held, whatever its compliance. A round straight needle has no moment about its axis.
   void add_wrench(BentSample& result) const noexcept {
-    const double fx = state_.beam.force()[0], fy = second(state_.beam.force()), fz = -result.force;
-    const double mx = -second(state_.beam.moment()), my = state_.beam.moment()[0];
-    const double tx = mesh().base().slope[0], ty = second(mesh().base().slope);
-    result.wrench = {fx - tx * fz, fy - ty * fz, fz + tx * fx + ty * fy, mx, my, tx * mx + ty * my};
+    const Place &force = state_.beam.force(), &moment = state_.beam.moment();
+    const BaseAxes axes(state_.base.tilt);
+    const Vector f = axes.force({force[0], second(force), -state_.along});
+    const Vector m = axes.moment({moment[0], second(moment)}, state_.beam.turning());
+    result.wrench = {f[0], f[1], f[2], m[0], m[1], m[2]};
   }
 
   Axial axial_;

@@ -7,6 +7,7 @@
 #include <cstddef>
 
 #include "../state.hpp"
+#include "axial_drive.hpp"
 #include "beam_equilibrium.hpp"
 #include "bent_sample.hpp"
 #include "flexible_settings.hpp"
@@ -26,15 +27,23 @@ struct FlexibleState {
   TipLoad tip_load{};
   Sample sample{};  ///< of the axial insertion, in the last part of the last step
   BentSample last{};
-  Base base{};                ///< of the last accepted step
-  Place touch{};              ///< where the tip was when it was last above the tissue or pressed on it
-  Place ahead{};              ///< where the tissue ahead of the tip is unloaded
-  Place tip_force{};          ///< [N]
-  double waited = 0.0;        ///< time since the last accepted step [s]
+  Base base{};            ///< of the last accepted step
+  Slide slide{};          ///< of the shaft
+  double slid = 0.0;      ///< travel of the shaft that base and shape give, which limits may hold back [m]
+  double reached = 0.0;   ///< travel of the tip, negative above the tissue [m]
+  double along = 0.0;     ///< axial force in the needle at its base [N]
+  double force = 0.0;     ///< of a hand that pushes it on there [N]
+  double tip_pull = 0.0;  ///< what the lateral energy gains per travel of the tip [N]
+  double give = 0.0;      ///< how much less the shaft slides per force [m/N]
+  Place touch{};          ///< where a tip on the surface is unloaded
+  double grip = 0.0;      ///< lateral stiffness of the surface that it presses on [N/m]
+  Place ahead{};          ///< where the tissue ahead of the tip is unloaded
+  Place push{};           ///< lateral force on the tip when it last cut [N]
+  Place lean{};           ///< what makes the axial force there follow the needle, not the path [N]
+  double charge = 0.0;    ///< axial force that pays for the work of the lateral force on a tip that cuts [N]
+  double owed = 0.0;      ///< what it has not paid yet [J]
+  double waited = 0.0;    ///< time since the last accepted step [s]
   double moved_across = 0.0;  ///< since the tissue yielded [m]
-  double rub = 0.0;           ///< share of the friction of the lateral pressure, -1 to 1
-  /// Of that friction.
-  ReturnableSlip returnable{};
   bool started = false, embedded = false, buckled = false;
 };
 
@@ -52,7 +61,8 @@ bool possible(const FlexibleState<dimension>& state, const FlexibleSettings& set
          state.beam.mesh().possible() && (state.beam.mesh().count() > 0 || !state.started) &&
          needleforce::possible(state.sample) && possible(state.last) &&
          std::abs(state.base.depth) <= farthest && state.base.depth <= state.path.longest() &&
-         state.waited >= 0.0 && state.moved_across >= 0.0 && state.moved_across <= 2.0 * spacing;
+         std::abs(state.reached) <= 2.0 * farthest && state.waited >= 0.0 && state.moved_across >= 0.0 &&
+         state.moved_across <= 20.0 * spacing;
 }
 
 }  // namespace needleforce::bending

@@ -2,6 +2,7 @@
 // What one layer of tissue does across the needle: its foundation, and the push on a bevelled tip.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -80,6 +81,14 @@ inline Secant stiffness_at(const LateralLayer& layer, double offset) noexcept {
     default:
       return {k, k};
   }
+}
+
+/// Energy per length [J/m] of the foundation at the offset u >= 0 [m]. Wait-free.
+inline double energy_per_length(const LateralLayer& layer, double offset) noexcept {
+  const double form = foundation_energy(layer.form, offset, layer.modulus, layer.scale);
+  if (!layer.yields()) return form;
+  const double limit = layer.yield_offset(), elastic = std::min(offset, limit);
+  return form + layer.yielding_modulus * elastic * (0.5 * elastic + (offset - elastic));
 }
 
 }  // namespace needleforce::bending

@@ -48,6 +48,11 @@ struct Sections {
     }
     return count > 0;
   }
+  /// True for a needle that is bent by itself. Wait-free.
+  bool bent() const noexcept {
+    return std::any_of(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(count),
+                       [](const Section& section) noexcept { return section.curvature != 0.0; });
+  }
   /// The stretch at a distance from the tip [m]. Wait-free.
   std::size_t at(double distance) const noexcept {
     std::size_t i = 0;

@@ -145,7 +145,7 @@ class TipEstimator {
       for (std::size_t i = 0; i < n; ++i)
         for (std::size_t d = 0; d < 3; ++d) result[i][d] += filter_.state()[m] * (aside[i][d] - points[i][d]);
     }
-    const double above = std::max(1e-9, sample_.unsupported);
+    const double above = std::max(1e-9, -points[0][2]);
     for (std::size_t i = 0; i < n; ++i) {
       const double behind = std::max(0.0, deepest_ - std::max(0.0, points[i][2]));
       const double held = std::clamp(1.0 + points[i][2] / above, 0.0, 1.0);  // the base is where it is

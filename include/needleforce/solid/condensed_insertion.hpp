@@ -84,7 +84,10 @@ class CondensedInsertion {
 
   const CondensedTissue& tissue() const noexcept { return tissue_; }
   const PathLayer& surface_layer() const noexcept { return layers_[0]; }
-  const CondensedState& state() const noexcept { return state_; }
+  /// The memory in this process, and back to it. Wait-free.
+  using State = CondensedState;
+  const State& state() const noexcept { return state_; }
+  void return_to(const State& state) noexcept { state_ = state; }
   /// Force [N] of the shaft on the tissue at a node, without that of the tip. Wait-free.
   double shaft_force(std::size_t node) const noexcept {
     return node < state_.shaft.known ? state_.shaft.force[node] : 0.0;

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: Apache-2.0
+// Work of a hand that moves the base of a needle along closed paths: none comes out.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include "bending.hpp"
+
+using namespace bending_tests;
+
+namespace {
+
+/// Moves a needle and adds up what a hand does, from samples alone.
+template <std::size_t dimension>
+struct Hand {
+  FlexibleInsertion<dimension> needle;
+  Base at{};
+  BentSample last{};
+  double work = 0.0, lowest = 0.0, turned = 0.0;
+  bool moved = true;
+
+  Hand(const Model& model, FlexibleSettings settings)
+      : needle(Insertion(model, any_speed), [&] {
+          settings.small_slopes = false;
+          return settings;
+        }()) {}
+
+  void start(const Base& base) { last = needle.step(at = base, 1.0); }
+  /// To a place in a straight line, in even steps of no more than `step` [m], a tenth of it per radian.
+  void go(const Base& to, double step) {
+    double length = std::abs(to.depth - at.depth) + 1e-3 * std::abs(to.roll - at.roll);
+    for (std::size_t d = 0; d < 2; ++d)
+      length = std::max(
+          {length, std::abs(to.lateral[d] - at.lateral[d]), 0.1 * std::abs(to.tilt[d] - at.tilt[d])});
+    const int n = std::max(1, static_cast<int>(std::ceil(length / step)));
+    const Base from = at;
+    for (int i = 1; i <= n; ++i) {
+      const double share = static_cast<double>(i) / n;
+      add(bending::between(from, to, share, from.depth + share * (to.depth - from.depth)));
+    }
+  }
+  void forget() { work = lowest = turned = 0.0; }
+
+ private:
+  void add(const Base& to) {
+    const BentSample now = needle.step(to, 1.0);
+    moved = moved && now.moved && !now.buckled;
+    pay(last.force, now.force, to.depth - at.depth);
+    const auto before = turned_back(last, at), after = turned_back(now, to);
+    for (std::size_t d = 0; d < 2; ++d) pay(-before[d], -after[d], to.lateral[d] - at.lateral[d]);
+    pay(-before[3], -after[3], to.tilt[0] - at.tilt[0]);
+    pay(before[2], after[2], to.tilt[1] - at.tilt[1]);
+    lowest = std::min(lowest, work);
+    last = now, at = to;
+  }
+  void pay(double before, double after, double way) {
+    const double part = 0.5 * (before + after) * way;
+    work += part, turned += std::abs(part);
+  }
+  /// Lateral force in the frame of the tissue, and the moment by the slopes, as about x and y.
+  static std::array<double, 4> turned_back(const BentSample& sample, const Base& base) {
+    const double length = std::sqrt(1.0 + base.tilt[0] * base.tilt[0] + base.tilt[1] * base.tilt[1]);
+    const std::array<double, 3> t{base.tilt[0] / length, base.tilt[1] / length, 1.0 / length};
+    const double q = std::sqrt(1.0 - t[0] * t[0]);
+    const std::array<double, 3> x{q, -t[0] * t[1] / q, -t[0] * t[2] / q}, y{0.0, t[2] / q, -t[1] / q};
+    std::array<double, 3> f, m;
+    for (std::size_t i = 0; i < 3; ++i) {
+      f[i] = sample.wrench[0] * x[i] + sample.wrench[1] * y[i] + sample.wrench[2] * t[i];
+      m[i] = sample.wrench[3] * x[i] + sample.wrench[4] * y[i] + sample.wrench[5] * t[i];
+    }
+    // a slope turns about t x e, and the axes a little about t
+    const double about = -sample.wrench[5] * t[0] / (length * q);
+    const double by_x = (m[1] * t[2] - m[2] * t[1]) / length + about * y[0];
+    const double by_y = (m[2] * t[0] - m[0] * t[2]) / length + about * y[1];
+    return {f[0], f[1], -by_y, by_x};
+  }
+};
+
+FlexibleSettings in_gel(double modulus) { return settings(0.0006921, modulus, 0.0, 0.0, 0.024); }
+
+/// Both ways round a rectangle in depth and across, the second time: work over what is turned over.
+double rectangle(const Model& model, double along, double step, bool across_first) {
+  Hand<1> hand(model, in_gel(50e3));
+  hand.start({.depth = -1e-3});
+  hand.go({.depth = 0.03}, 1e-4);
+  hand.go({.depth = 0.0295}, 1e-4);
+  const Base home = hand.at, aside{.depth = home.depth, .lateral = {6e-3, 0.0}},
+             deeper{.depth = home.depth + along}, both{.depth = deeper.depth, .lateral = aside.lateral};
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    hand.forget();
+    for (const Base& to : {across_first ? aside : deeper, both, across_first ? deeper : aside, home})
+      hand.go(to, step);
+  }
+  return hand.work / hand.turned;
+}
+
+TEST(BendingEnergy, RectanglesOfDepthAndAsideReturnNone) {
+  for (const bool across_first : {true, false}) {
+    for (const double step : {6e-3, 6e-4, 6e-5}) {
+      const double least = step > 1e-3 ? 0.0 : 0.05;  // of the work that is turned over
+      EXPECT_GT(rectangle(paper::model(), 15e-6, step, across_first), least) << step;
+      EXPECT_GT(rectangle(paper::model(), -3e-4, step, across_first), least) << step;
+    }
+    EXPECT_NEAR(rectangle(forceless(), 3e-4, 6e-5, across_first), 0.0, 1e-7);
+  }
+}
+
+TEST(BendingEnergy, BaseMovedAsideDrawsTheTipBackFromItsCut) {
+  Hand<1> hand(paper::model(), in_gel(50e3));
+  hand.start({.depth = -1e-3});
+  hand.go({.depth = 0.03}, 1e-4);
+  const double before = hand.last.tip[2];
+  EXPECT_NEAR(hand.last.axial.cutting, 0.0776, 1e-9);
+  hand.go({.depth = 0.03, .lateral = {6e-3, 0.0}}, 1e-4);
+  EXPECT_NEAR(hand.last.tip[2] - before, -0.51e-3, 0.02e-3);
+  EXPECT_EQ(hand.last.axial.cutting, 0.0);
+  EXPECT_LT(hand.last.force, -0.4);  // the friction is that of a needle that is drawn back
+}
+
+double drawn(std::mt19937& random, double low, double high) {
+  return low * std::pow(high / low, std::uniform_real_distribution<>(0.0, 1.0)(random));
+}
+double between_two(std::mt19937& random, double low, double high) {
+  return std::uniform_real_distribution<>(low, high)(random);
+}
+
+FlexibleSettings drawn_settings(std::mt19937& random, bool plain) {
+  FlexibleSettings settings = bending_tests::settings(drawn(random, 1e-4, 2e-2), drawn(random, 5e3, 3e5), 0.0,
+                                                      0.0, between_two(random, 0.01, 0.05));
+  if (random() % 2 == 0) {
+    settings.beam.support.guide_distance = Support::no_guide;
+    settings.beam.support.needle_length = between_two(random, 0.08, 0.15);
+  }
+  if (plain) return settings;
+  settings.beam.layers[1] = {.top = between_two(random, 2e-3, 15e-3), .modulus = drawn(random, 5e3, 3e5)};
+  settings.beam.layer_count = 1 + random() % 2;
+  for (std::size_t i = 0; i < settings.beam.layer_count; ++i) {
+    LateralLayer& layer = settings.beam.layers[i];
+    layer.form = static_cast<FoundationForm>(random() % 4);
+    layer.scale = drawn(random, 1e-4, 3e-3);
+    if (random() % 3 == 0)
+      layer.yielding_modulus = drawn(random, 1e4, 1e6), layer.yield_force = drawn(random, 2.0, 300.0);
+    if (random() % 3 == 0) layer.tip_force = between_two(random, 0.0, 0.2);
+    if (random() % 3 == 0) layer.tip_stiffness = drawn(random, 10.0, 1e3);
+  }
+  if (random() % 3 == 0) settings.lengths.bevel_length = drawn(random, 5e-4, 5e-3);
+  if (random() % 5 == 0) settings.lengths.pressure_friction = between_two(random, 0.05, 0.5);
+  if (random() % 3 == 0) settings.beam.support.pivot_stiffness = drawn(random, 10.0, 1e4);
+  if (random() % 3 == 0) settings.beam.support.rotational_compliance = drawn(random, 0.01, 10.0);
+  return settings;
+}
+
+/// In, along a closed path twice, and with friction out.
+template <std::size_t dimension>
+Hand<dimension> closed_motion(unsigned seed, bool frictionless, double step) {
+  std::mt19937 random(seed);
+  Model model = forceless();
+  if (!frictionless)
+    model = {laws::Cone{drawn(random, 1e4, 2e5), between_two(random, 0.2, 0.5)},
+             laws::PunctureDepth{drawn(random, 5e-4, 4e-3)},
+             laws::Coulomb{drawn(random, 1.0, 40.0), drawn(random, 1e-5, 5e-4), 0.0},
+             laws::ConstantCutting{drawn(random, 0.01, 0.5), drawn(random, 1e-5, 1e-4)}};
+  Hand<dimension> hand(model, drawn_settings(random, frictionless));
+  const double depth = between_two(random, 0.01, 0.04);
+  hand.start({.depth = -1e-3});
+  hand.go({.depth = depth}, step);
+  if (frictionless) hand.go({.depth = depth - 2e-3}, step), hand.forget();
+  const Base home = hand.at;
+  std::vector<Base> places(4, home);
+  for (Base& place : places) {
+    place.depth += between_two(random, -5e-3, 1.9e-3);
+    for (std::size_t d = 0; d < dimension; ++d) {
+      place.lateral[d] = between_two(random, -4e-3, 4e-3);
+      place.tilt[d] = between_two(random, -0.05, 0.05);
+    }
+    if (dimension > 1) place.roll = between_two(random, -2.0, 2.0);
+  }
+  for (int cycle = 0; cycle < 2; ++cycle) {
+    for (const Base& place : places) hand.go(place, step);
+    hand.go(home, step);
+  }
+  if (!frictionless) hand.go({.depth = depth}, step), hand.go({.depth = -1e-3}, step);
+  return hand;
+}
+
+template <std::size_t dimension>
+void expect_none_returned(unsigned seed) {
+  const auto hand = closed_motion<dimension>(seed, false, 4e-4);
+  if (!hand.moved) return;
+  EXPECT_GE(hand.lowest, -1e-9 * hand.turned) << seed;
+}
+
+TEST(BendingEnergy, RandomMotionsWithFrictionNeverReturnAny) {
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    expect_none_returned<1>(seed);
+    expect_none_returned<2>(seed + 1000);
+  }
+}
+
+TEST(BendingEnergy, RandomMotionsWithoutFrictionTakeNoneAsTheStepShrinks) {
+  for (unsigned seed = 1; seed <= 6; ++seed) {
+    // what a hand adds up from samples is of second order in the step
+    const auto coarse = closed_motion<1>(seed, true, 2e-4), fine = closed_motion<1>(seed, true, 5e-5);
+    EXPECT_LT(std::abs(coarse.work), 1e-4 * coarse.turned) << seed;
+    EXPECT_LT(std::abs(fine.work), 8e-6 * fine.turned) << seed;
+  }
+}
+
+}  // namespace
