@@ -36,6 +36,12 @@ class Motion:
         dt = np.append(self.dt[:1], np.repeat(self.dt[1:], times)) / times
         return Motion(depth=depth, lateral=between(self.lateral), tilt=between(self.tilt), roll=roll, dt=dt)
 
+    def only(self, kept):
+        """The motion with the steps to these places alone, each in the time of those that it takes the place of."""
+        at = np.flatnonzero(kept)
+        dt = np.append(self.dt[:1], np.diff(np.cumsum(self.dt)[at]))
+        return Motion(depth=self.depth[at], lateral=self.lateral[at], tilt=self.tilt[at], roll=self.roll[at], dt=dt)
+
 
 def along(corners, steps, speed=5e-3):
     """The way along corners (depth, x, y, slope x, slope y, roll), in so many steps from each to the next."""
@@ -108,6 +114,23 @@ def smooth_end(insertion, motion, rows):
     half = Motion(**{name: getattr(motion, name)[::2] for name in ("depth", "lateral", "tilt", "roll", "dt")})
     coarse = work(insertion, half, {name: rows[name][::2] for name in ("force", "wrench")}).sum()
     return float((4.0 * work(insertion, motion, rows).sum() - coarse) / 3.0)
+
+
+def refined(insertion, motion, share=1e-6, rounds=16):
+    """The motion with its steps halved until the trapezoid rule is right to a share of the work turned over: forces
+    jump where the tip leaves the tissue, and are steep where friction turns."""
+    for _ in range(rounds):
+        halves = motion.finer(2)
+        rows = run(insertion, halves)
+        fine = work(insertion, halves, rows)
+        coarse = work(insertion, motion, {name: rows[name][::2] for name in ("force", "wrench")})
+        off = np.abs(fine.reshape(-1, 2).sum(axis=1) - coarse) > share * np.abs(fine).sum()
+        if not off.any():
+            break
+        kept = np.ones(len(halves.depth), dtype=bool)
+        kept[1::2] = off
+        motion = halves.only(kept)
+    return motion
 
 
 def balance(steps, **more):

@@ -121,6 +121,31 @@ TEST(BendingEnergy, BaseMovedAsideDrawsTheTipBackFromItsCut) {
   EXPECT_LT(hand.last.force, -0.4);  // the friction is that of a needle that is drawn back
 }
 
+TEST(BendingEnergy, ATipThatSpringsOutOfTheTissueHasNoForceLeft) {
+  for (const FoundationForm form : {FoundationForm::linear, FoundationForm::cubic, FoundationForm::hyperbolic}) {
+    FlexibleSettings settings = bending_tests::settings(1.66e-4, 70e3, 0.0, 0.0, 0.037);
+    settings.beam.layers[0].form = form;
+    settings.beam.layers[0].scale = 1e-3;
+    Hand<1> hand(forceless(), settings);
+    hand.start({.depth = -1e-3});
+    hand.go({.depth = 0.02}, 1e-4);
+    hand.go({.depth = 0.02, .lateral = {-3e-3, 0.0}}, 3e-5);
+    hand.go({.depth = -2e-3, .lateral = {-3e-3, 0.0}}, 8e-5);
+    EXPECT_NEAR(hand.last.force, 0.0, 1e-12);
+    EXPECT_NEAR(hand.last.wrench[0], 0.0, 1e-9);
+    EXPECT_NEAR(hand.last.tip[0], -3e-3, 1e-9);  // and is straight
+    EXPECT_EQ(hand.last.status, Status::ok);
+    EXPECT_GE(hand.lowest, -1e-9 * hand.turned);
+  }
+}
+
+TEST(BendingEnergy, TheSearchForTheForceGivesUpABoundThatAnotherShapeContradicts) {
+  ForceSearch search;
+  double give = 0.0;
+  search.next(0.0, 0.0, 0.0, 0.0, give);  // a tip that was tried outside the tissue: nothing is missing
+  EXPECT_DOUBLE_EQ(search.next(0.0, 0.06, 0.0, 0.0, give), 0.06);
+}
+
 double drawn(std::mt19937& random, double low, double high) {
   return low * std::pow(high / low, std::uniform_real_distribution<>(0.0, 1.0)(random));
 }

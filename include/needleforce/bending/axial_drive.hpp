@@ -97,19 +97,23 @@ class ForceSearch {
   /// The next force to try after one that left so much missing [N], where the shaft had slid to a travel [m]
   /// and its force rises by so much per travel [N/m]. Wait-free.
   double next(double force, double missing, double travel, double by_travel, double& give) noexcept {
-    (missing > 0.0 ? low_ : high_) = force;
+    const bool more = missing > 0.0, nearer = std::abs(missing) < 0.5 * missing_;
+    (more ? low_ : high_) = force;
+    // a bound is of the shape at which it was found: what contradicts it replaces it
+    if (!(low_ < high_)) (more ? high_ : low_) = more ? endless : -endless;
+    missing_ = std::abs(missing);
     if (force_ < endless && std::abs(force - force_) > 1e-9)
       give = std::clamp((travel_ - travel) / (force - force_), 0.0, 1.0);
     force_ = force;
     travel_ = travel;
     const double step = force + missing / (1.0 + by_travel * give);
-    if (step >= low_ && step <= high_) return step;
+    if (nearer || (step >= low_ && step <= high_)) return step;
     return low_ > -endless && high_ < endless ? 0.5 * (low_ + high_) : std::clamp(step, low_, high_);
   }
 
  private:
   static constexpr double endless = std::numeric_limits<double>::max();
-  double low_ = -endless, high_ = endless;
+  double low_ = -endless, high_ = endless, missing_ = 0.0;
   double force_ = endless, travel_ = 0.0;  // of the last try
 };
 

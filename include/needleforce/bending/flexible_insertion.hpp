@@ -251,9 +251,12 @@ class FlexibleInsertion {
     press(drive.sample());
     turn_tip(to, reached, drive.sample());
     ForceSearch search;
+    ShapeSearch shapes;
     double force = drive.force() + (coupled() ? state_.tip_pull : 0.0);
     BeamLoad<dimension> load = load_of(to, shape, force, drive.force());
+    bool inside = began.reached > 0.0, holds = true;  // the last of the tissue may push a tip out
     for (std::size_t tries = 1; solve(load, events) && coupled(); ++tries) {
+      inside |= in_tissue();
       const Shortening now = shortening();
       const double pull = load.compression.free - load.compression.surface;
       drive.to(slid(began, now, to.depth), in_tissue());
@@ -261,15 +264,17 @@ class FlexibleInsertion {
       const double missing = drive.force() + state_.tip_pull - force;
       const double change = now.whole() - began.shape.whole();
       const double unbalanced = std::abs(missing) + std::abs(free_pull() - pull);
+      holds = tries < max_tries || load.cuts || mesh().embedded() > 0;
       if (tries == max_tries || (unbalanced * std::abs(change) <= smallest_work &&
                                  std::abs(missing) <= small_force * (1.0 + std::abs(force)) &&
                                  std::abs(now.whole() - shape.whole()) <= smallest_length))
         break;
       force = search.next(force, missing, state_.slide.travel, drive.by_travel(), state_.give);
-      shape = now;
+      shape = shapes.next(shape, now);
       state_.reached = to.depth - shape.whole();
       load = load_of(to, shape, force, drive.force());
     }
+    if (inside && !(in_tissue() && holds)) load = spring_out(to, drive.force(), events);
     take(drive, load, events, began);
   }
   static constexpr std::size_t max_tries = 12;
@@ -290,7 +295,7 @@ class FlexibleInsertion {
     const double reached = depth - now.whole(), tip = reached - began.reached;
     double& wanted = state_.slid;
     wanted = began.slid + tip;
-    if (coupled() && in_tissue() && mesh().embedded() > 0) {
+    if (coupled() && !state_.buckled && in_tissue() && mesh().embedded() > 0) {
       const auto per_length = [](double of, double length) { return length > 0.0 ? of / length : 0.0; };
       const Shortening& was = began.shape;
       const double grows = 0.5 * (per_length(was.weighted, began.reached) + per_length(now.weighted, reached));
@@ -316,15 +321,29 @@ class FlexibleInsertion {
     events.converged &= outcome.converged;
     return outcome.stable;
   }
-  /// What remains of the step.
+  /// The tip has left the tissue, which held it aside up to then.
+  BeamLoad<dimension> spring_out(const Base& to, double force, Events& events) noexcept {
+    state_.buckled = false;
+    state_.tip_pull = 0.0;
+    const BeamLoad<dimension> load = load_of(to, {}, force, force);
+    solve(load, events);
+    state_.reached = to.depth - shortening().whole();
+    if (!(state_.reached > 0.0)) return load;
+    state_.reached = 0.0;  // it lies on the surface: where it goes in again is another hole
+    forget();
+    axial_.reset();
+    return load;
+  }
+  /// What remains of the step. A needle that has buckled gives nothing back of what bent it.
   void take(const AxialDrive<Axial>& drive, const BeamLoad<dimension>& load, Events& events,
             const Began& began) noexcept {
     state_.sample = drive.sample();
     events.contact |= state_.sample.contact;
     events.punctured |= state_.sample.punctured;
     events.exit |= state_.sample.exit;
-    state_.along = drive.force() + (coupled() ? state_.tip_pull + free_pull() : 0.0);
-    state_.force = state_.along - (coupled() && guided() ? state_.beam.pull() : 0.0);
+    const bool bends = coupled() && !state_.buckled;
+    state_.along = drive.force() + (bends ? state_.tip_pull + free_pull() : 0.0);
+    state_.force = state_.along - (bends && guided() ? state_.beam.pull() : 0.0);
     if (mesh().embedded() > 0)
       state_.beam.turn_friction(
           1.0 - std::exp(-std::abs(state_.slid - began.slid) / state_.path.spacing));
@@ -561,10 +580,11 @@ class FlexibleInsertion {
   }
   /// On the base as it is held, whatever its compliance. A round straight needle has no moment about its axis.
   void add_wrench(BentSample& result) const noexcept {
-    const Place &force = state_.beam.force(), &moment = state_.beam.moment();
+    const bool holds = !state_.buckled;
+    const Place force = holds ? state_.beam.force() : Place{}, moment = holds ? state_.beam.moment() : Place{};
     const BaseAxes axes(state_.base.tilt);
     const Vector f = axes.force({force[0], second(force), -state_.along});
-    const Vector m = axes.moment({moment[0], second(moment)}, state_.beam.turning());
+    const Vector m = axes.moment({moment[0], second(moment)}, holds ? state_.beam.turning() : 0.0);
     result.wrench = {f[0], f[1], f[2], m[0], m[1], m[2]};
   }
 

@@ -21,6 +21,27 @@ struct Shortening {
   double whole() const noexcept { return free + embedded; }
 };
 
+/// The shortening at which a needle is as short as it was taken to be. Where it goes back and forth, as that
+/// of a tip that is about to leave the tissue does, the next try is between the last two.
+class ShapeSearch {
+ public:
+  /// The next to try after one whose solution was `found`. Wait-free.
+  Shortening next(const Shortening& tried, const Shortening& found) noexcept {
+    const double off = found.whole() - tried.whole();
+    const double slope = (before_ - off) / (tried.whole() - tried_);
+    const double share = before_ * off < 0.0 && slope > 1.0 ? 1.0 / slope : 1.0;
+    before_ = off;
+    tried_ = tried.whole();
+    Shortening result = found;
+    result.free = tried.free + share * (found.free - tried.free);
+    result.embedded = tried.embedded + share * (found.embedded - tried.embedded);
+    return result;
+  }
+
+ private:
+  double before_ = 0.0, tried_ = 0.0;
+};
+
 /// Of the embedded needle: the half of (y' - T)^2, less T' v, with the direction T of the path and the offset
 /// v of the needle from it; and at the surface, which is across the axis, less T v. Friction along the path
 /// counts a place by the share of friction below it.
