@@ -116,7 +116,7 @@ def smooth_end(insertion, motion, rows):
     return float((4.0 * work(insertion, motion, rows).sum() - coarse) / 3.0)
 
 
-def refined(insertion, motion, share=1e-6, rounds=16):
+def refined(insertion, motion, share=1e-4, rounds=16):
     """The motion with its steps halved until the trapezoid rule is right to a share of the work turned over: forces
     jump where the tip leaves the tissue, and are steep where friction turns."""
     for _ in range(rounds):
@@ -144,6 +144,12 @@ def bent(insertion, motion):
     inside, buckled = bool(np.all(rows["status"] == 0)), bool(np.any(rows["buckled"]))
     found = balance(work(insertion, motion, rows), inside=inside, buckled=buckled)
     return replace(found, end=smooth_end(insertion, motion, rows)) if insertion.model is None else found
+
+
+def bent_at_least(insertion, motion, bar):
+    """The balance of a needle that bends; where it is below a bar, that of the motion in steps that cannot be why."""
+    found = bent(insertion, motion)
+    return found if found.share >= -bar else bent(insertion, refined(insertion, motion))
 
 
 def scaled(law, rng):

@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from closed_motions import (
     along,
     bent,
+    bent_at_least,
     drawn,
     drawn_depth,
     drawn_in_solid,
@@ -96,12 +97,11 @@ def test_without_friction_the_hand_gets_back_what_it_put_in(many):
     assert beyond(shares) == []
 
 
-@pytest.mark.xfail(strict=True, reason="2 of 150 gain up to 11 %, none in shorter steps")
 def test_with_friction_the_balance_is_never_negative(many):
     shares = []
     for seed in range(many(150, 2000)):
         insertion, _, rng = drawn(seed, tips=("none",))
-        shares.append((seed, -bent(insertion, drawn_motion(rng, insertion, 24)).share))
+        shares.append((seed, -bent_at_least(insertion, drawn_motion(rng, insertion, 24), BAR).share))
     assert beyond(shares) == []
 
 

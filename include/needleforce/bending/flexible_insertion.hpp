@@ -244,6 +244,7 @@ class FlexibleInsertion {
     AxialDrive<Axial> drive(axial_, state_.slide, settings_.lengths, state_.beam.pressing(), dt);
     const Began began{shortening(), state_.reached, state_.slid, tip_place()};
     const double reached = state_.reached;
+    bool inside = in_tissue();
     Shortening shape = began.shape;
     state_.reached = to.depth - shape.whole();
     drive.to(slid(began, shape, to.depth), in_tissue());
@@ -254,7 +255,7 @@ class FlexibleInsertion {
     ShapeSearch shapes;
     double force = drive.force() + (coupled() ? state_.tip_pull : 0.0);
     BeamLoad<dimension> load = load_of(to, shape, force, drive.force());
-    bool inside = began.reached > 0.0, holds = true;  // the last of the tissue may push a tip out
+    bool holds = true;  // the last of the tissue may push a tip out
     for (std::size_t tries = 1; solve(load, events) && coupled(); ++tries) {
       inside |= in_tissue();
       const Shortening now = shortening();
