@@ -122,7 +122,8 @@ TEST(BendingEnergy, BaseMovedAsideDrawsTheTipBackFromItsCut) {
 }
 
 TEST(BendingEnergy, ATipThatSpringsOutOfTheTissueHasNoForceLeft) {
-  for (const FoundationForm form : {FoundationForm::linear, FoundationForm::cubic, FoundationForm::hyperbolic}) {
+  for (const FoundationForm form :
+       {FoundationForm::linear, FoundationForm::cubic, FoundationForm::hyperbolic}) {
     FlexibleSettings settings = bending_tests::settings(1.66e-4, 70e3, 0.0, 0.0, 0.037);
     settings.beam.layers[0].form = form;
     settings.beam.layers[0].scale = 1e-3;

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// The tip of a needle that bends: in the tissue that it cuts, on the surface before, and what it leaves.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "flexible_state.hpp"
+
+namespace needleforce::bending {
+
+/// What holds the tip, and what its lateral energy gains as it goes on. Base of `ShapeInTissue`.
+template <std::size_t dimension, class Axial>
+class TipInTissue {
+ public:
+  using Place = std::array<double, dimension>;
+
+  const BeamMesh<dimension>& mesh() const noexcept { return state_.beam.mesh(); }
+
+ protected:
+  TipInTissue(const Axial& axial, const FlexibleSettings& settings) noexcept
+      : axial_(axial), settings_(settings), state_(settings.lengths.path_spacing) {}
+
+  /// True where bending shortens the needle, by no more than what its slopes may be.
+  bool coupled() const noexcept {
+    const double length = mesh().count() > 0 ? mesh().tip().travel - mesh().base().travel : 0.0;
+    return !settings_.small_slopes && std::abs(state_.beam.shortening().whole()) <= length / 3.0;
+  }
+  bool in_tissue() const noexcept { return state_.embedded && state_.reached > 0.0; }
+  Place tip_place() const noexcept { return mesh().count() > 0 ? mesh().tip().place : Place{}; }
+
+  /// The surface is punctured: the tissue closes around the shaft, whose tip stood where it touched. It holds
+  /// no more energy than the contact did.
+  void enter(double depth) noexcept {
+    state_.embedded = true;
+    const double reached = std::max(0.0, depth);
+    const double grips = layer_at(0.0).modulus * reached;
+    const double share = grips > state_.grip ? std::sqrt(state_.grip / grips) : 1.0;
+    Place place = state_.touch;
+    for (std::size_t d = 0; d < dimension && mesh().count() > 0; ++d)
+      place[d] = mesh().tip().place[d] - share * (mesh().tip().place[d] - state_.touch[d]);
+    while (state_.path.empty() || state_.path.next_node() <= reached)
+      state_.path.write(state_.path.next_node(), place, mesh().tip().slope);
+    state_.path.write(reached, place);
+    state_.ahead = place;
+    state_.push = state_.lean = {};
+  }
+  /// A tip that presses on a half space of nu = 1/2 is held across by 2/3 of the axial stiffness (Mindlin).
+  /// What more of it touches is unloaded there; what loses touch has no force.
+  void press(const Sample& sample) noexcept {
+    const double before = state_.grip;
+    state_.grip =
+        state_.embedded || !(state_.reached > 0.0) ? 0.0 : 2.0 / 3.0 * std::max(0.0, sample.force_by_depth);
+    if (!(state_.grip > before) || mesh().count() == 0) return;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double place = mesh().tip().place[d];
+      state_.touch[d] = place - before / state_.grip * (place - state_.touch[d]);
+    }
+  }
+  /// The tip's lateral force follows the bevel while the tip cuts. The axial force pays
+  /// for what the lateral force does on the tip: the bevel is a wedge.
+  void turn_tip(const Base& to, double before, const Sample& sample) noexcept {
+    state_.charge = 0.0;
+    if (!in_tissue()) return;
+    const double cut = state_.reached - std::max(state_.path.front(), before);
+    if (!(cut > 0.0)) return;
+    const double share = std::min(1.0, cut / (state_.reached - before));
+    state_.tip_load.advance(cut, settings_.lengths.bevel_length,
+                            to.roll - share * (to.roll - state_.base.roll), to.roll);
+    const double left = 1.0 - std::exp(-cut / settings_.lengths.tip_memory);
+    const double pays = 1.0 - std::exp(-cut / state_.path.spacing);
+    const double full = sample.lateral + layer_at(state_.reached).tip_force;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      state_.ahead[d] += left * (state_.path.front_place()[d] - state_.ahead[d]);
+      state_.push[d] = full * state_.tip_load.share()[d];
+    }
+    state_.charge = state_.owed * pays / cut;
+    state_.owed -= state_.owed * pays;
+  }
+  /// The newest `piece` [m] of the path does not pull a tip back that cuts. From node to node, whatever the
+  /// steps.
+  void lean(double piece) noexcept {
+    if (mesh().embedded() == 0) return;
+    const double spacing = state_.path.spacing;
+    const double left = 1.0 - std::exp(-spacing / settings_.lengths.tip_memory);
+    const LateralLayer& layer = layer_at(state_.reached);
+    const double drags = !coupled() ? 0.0
+                                    : (layer.modulus + layer.yielding_modulus) * piece * piece *
+                                          (piece / 12.0 + spacing / 6.0) / (piece + spacing);
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double lag = mesh().tip().along[d] - mesh().tip().slope[d];
+      state_.lean[d] -= left * (drags * lag + state_.lean[d]);
+    }
+  }
+  /// The share of friction in the axial force, as of a needle that goes in; where the shaft is, stays.
+  void share_friction() noexcept {
+    const double whole = state_.sample.friction + state_.sample.cutting;
+    if (!(whole > 0.0)) return;
+    state_.slide.share = std::clamp(state_.sample.friction / whole, 0.0, 1.0);
+  }
+  void forget() noexcept {
+    state_.embedded = state_.buckled = false;
+    state_.slide = {};
+    state_.path.clear();
+    state_.tip_load.clear();
+  }
+  /// How far the tip is behind the front, apart from what the noise of the depth explains [m].
+  double behind(double depth) const noexcept {
+    const double explained = 2.0 * axial_.limits().depth_noise;
+    return std::max(0.0, state_.path.front() - std::min(explained, state_.path.front()) - depth);
+  }
+  /// What is left of the lateral forces on the tip as it withdraws.
+  double share_left(double depth) const noexcept {
+    return std::max(0.0, 1.0 - behind(depth) / settings_.lengths.unloading);
+  }
+  /// What the lateral energy gains per travel of the tip along its path, at the shape of the last solution
+  /// [N].
+  double tip_pull(const BeamLoad<dimension>& load, double axial) const noexcept {
+    if (!in_tissue()) return 0.0;
+    const LateralLayer& layer = layer_at(state_.reached);
+    const auto& tip = mesh().tip();
+    const std::size_t n = mesh().embedded(), last = mesh().count() - 1;
+    const double h = mesh().h(), left = share_left(state_.reached);
+    const bool newest = !(state_.reached < state_.path.last_node());
+    const Place place = load.cuts || n == 0 ? tip.place : state_.path.at(state_.reached);
+    double sum = state_.beam.advancing() + (load.cuts ? state_.charge : 0.0), square = 0.0, pivot = 0.0,
+           held = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double surface = mesh()[mesh().surface()].place[d] - state_.path.entry()[d];
+      const double off = tip.place[d] - state_.ahead[d];
+      pivot += surface * surface;
+      held += 0.5 * layer.tip_stiffness * off * off -
+              (state_.push[d] + state_.lean[d]) * (tip.place[d] - state_.path.front_place()[d]);
+      const double away = n > 0 ? tip.place[d] - place[d] : surface;
+      square += away * away;
+      if (n == 0) continue;
+      const double slope = tip.slope[d] - tip.along[d];
+      const double turn = newest ? 0.0 : (tip.along[d] - mesh()[last - 1].along[d]) / h;
+      sum += load.compression.tip * ((tip.place[d] - tip.path[d]) * turn - 0.5 * slope * slope) +
+             (1.0 - state_.slide.share) * axial * tip.drag[d] * slope +
+             tip.slope[d] * (load.contact * off - load.tip_force[d]);
+    }
+    if (left > 0.0 && left < 1.0) sum += held / settings_.lengths.unloading;
+    if (load.pivot < 1.0)
+      sum += 0.5 * settings_.beam.support.pivot_stiffness * pivot / settings_.lengths.tip_memory;
+    if (n == 0) return sum + (load.cuts ? 1.0 / 3.0 : 1.0) * short_energy(layer, std::sqrt(square));
+    return load.cuts ? sum : sum + energy_per_length(layer, std::sqrt(square));
+  }
+  static double short_energy(const LateralLayer& layer, double offset) noexcept {
+    return foundation_energy(layer.form, offset, layer.modulus, layer.scale);
+  }
+  const LateralLayer& layer_at(double depth) const noexcept {
+    const BeamProperties& beam = settings_.beam;
+    std::size_t layer = 0;
+    while (layer + 1 < beam.layer_count && beam.layers[layer + 1].top < depth) ++layer;
+    return beam.layers[layer];
+  }
+
+  Axial axial_;
+  FlexibleSettings settings_;
+  FlexibleState<dimension> state_;
+};
+
+}  // namespace needleforce::bending
