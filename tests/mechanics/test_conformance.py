@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same insertions in C++, C, Python and WebAssembly give the same values. Other tests check that these values are
-right."""
+"""The same insertions in C++, C, Python and WebAssembly, in Node and in a browser, give the same values. Other tests
+check that these values are right."""
 
 import re
 import shutil
@@ -9,6 +9,7 @@ import sys
 
 import numpy as np
 import pytest
+from browser import CHROMIUM, WITHOUT
 
 from needleforce import core
 from needleforce.models.laws import FAMILIES, laws_of
@@ -16,7 +17,7 @@ from needleforce.models.laws import FAMILIES, laws_of
 # relative to the largest value of each column: every language has its own mathematics library. The sweeps of a solid
 # end when no node moves by more than 1e-9 m: after as many in every language, as changes differ by last bits alone
 TOLERANCE = 1e-12
-FACES = ("c++", "c", "python", "wasm")
+FACES = ("c++", "c", "python", "wasm", "browser")
 # columns of a step: numbers, then words
 NUMBERS, FORCES = 9, slice(2, 7)
 # of a needle that bends: tip, tangent, wrench, force, lateral, unsupported length; columns of one unit
@@ -56,6 +57,12 @@ def wasm(root, tmp_path_factory):
     return folder
 
 
+def in_browser(source, wasm) -> list:
+    if CHROMIUM is None:
+        pytest.skip(WITHOUT)
+    return [sys.executable, source / "in_browser.py", wasm]
+
+
 @pytest.fixture(scope="module")
 def trace(root, tmp_path_factory, request):
     """The output of a face for every case, each run once: lines of words by case."""
@@ -66,6 +73,7 @@ def trace(root, tmp_path_factory, request):
         "c": lambda: c_trace(root, folder),
         "python": lambda: [sys.executable, source / "trace.py"],
         "wasm": lambda: ["node", source / "trace.mjs", request.getfixturevalue("wasm") / "needleforce.mjs"],
+        "browser": lambda: in_browser(source, request.getfixturevalue("wasm")),
     }
 
     def of(face: str) -> dict:
