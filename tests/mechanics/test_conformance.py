@@ -3,7 +3,6 @@
 check that these values are right."""
 
 import re
-import shutil
 import subprocess
 import sys
 
@@ -44,17 +43,6 @@ def c_trace(root, folder):
     (folder / "all.cpp").write_text("".join(f'#include "{each}"\n' for each in sources))
     subprocess.run(["g++", *as_c_needs_it, "-c", folder / "all.cpp", "-o", folder / "all.o"], check=True)
     return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", folder / "all.o", "-lm")
-
-
-@pytest.fixture(scope="module")
-def wasm(root, tmp_path_factory):
-    """The folder with needleforce.mjs."""
-    missing = [tool for tool in ("clang++-19", "node") if shutil.which(tool) is None]
-    if missing:
-        pytest.skip(f"no {' and no '.join(missing)}: tools/system_packages.sh proof installs what WebAssembly needs")
-    folder = tmp_path_factory.mktemp("wasm")
-    subprocess.run([root / "bindings" / "wasm" / "build.sh", folder], check=True)
-    return folder
 
 
 def in_browser(source, wasm) -> list:
