@@ -163,14 +163,9 @@ def rows_of(replay: Replay, moves: BaseMoves) -> dict[str, np.ndarray]:
         "along": last["tip"][:, 2],
         "slope": tangent[:, :2] / tangent[:, 2:],
         "wrench": last["wrench"],
-        "force": known_force(replay.flex, last["force"]),
+        "force": last["force"],
         "lost": np.logical_or.reduceat(rows["status"] != 0, np.arange(0, len(rows["status"]), _MOVES)),
     }
-
-
-def known_force(flex: FlexibleInsertion, force: np.ndarray) -> np.ndarray:
-    """The axial force, 0 where no laws give it: what bending adds is only a part of it."""
-    return force if flex.model is not None else 0.0 * force
 
 
 def replay_of(replays: Replays | None, name: str, make: Callable[[], FlexibleInsertion]) -> Replay:

@@ -90,7 +90,7 @@ def simulated_path(
         tip=simulated["tip"] + np.outer(depth, axis),
         slope=simulated["slope"] + axis + sensor,
         depth=depth,
-        along=simulated["along"],
+        along=depth,
         wrench=simulated["wrench"],
         force=simulated["force"],
         lost=simulated["lost"],

@@ -11,7 +11,7 @@ from .plan_problem import CLEARANCE, EFFORT, TARGET, PlanProblem
 
 _STEP = 1e-4  # of a derivative, in shares of the limit and radians
 _DIRECTIONS = 8  # of the starts where the first ends in front of an obstacle
-_ENOUGH = 60  # evaluations of a search
+_ENOUGH = 30  # evaluations of a search
 _CLOSE = 2.5 * TARGET  # [m] of a target that is met
 
 
@@ -70,7 +70,7 @@ def _from(problem: PlanProblem, start: np.ndarray, search: Search) -> tuple[floa
         sought = np.clip(sought, low + 1e-9, high - 1e-9)
         solution = least_squares(
             _counted(problem, search), sought, lambda x, p=problem: _slopes(p, x), (low, high), max_nfev=_ENOUGH,
-            xtol=1e-4, ftol=1e-3, gtol=1e-6,
+            xtol=1e-3, ftol=1e-2, gtol=1e-6,
         )  # fmt: skip
         sought, cost = solution.x, float(solution.cost)
         tip, _ = problem.predicted(problem.motion(sought))

@@ -14,7 +14,7 @@ from ..files import write_rows
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
 from .base_motion import COLUMNS as BASE_COLUMNS
-from .base_motion import BaseMotion, base_moves, known_force
+from .base_motion import BaseMotion, base_moves
 from .path_errors import PathReadings
 from .steering_model import SteeringModel, steering_model
 from .tip_paths import TIP_COLUMNS, TipPath
@@ -160,7 +160,7 @@ def simulate(model: SteeringModel | FlexibleInsertion, motion: BaseMotion, *, ax
     return SteeredRun(
         motion=motion,
         tip=rows["tip"] + added,
-        force=known_force(flex, rows["force"]),
+        force=rows["force"],
         wrench=rows["wrench"],
         shapes=tuple(_moved(shape, depth, added) for shape in shapes),
         layers=tuple(float(layer.top) for layer in flex.lateral),

@@ -13,7 +13,6 @@ from ..checks import PLACE, in_range
 from ..errors import InputError
 from ..models.flexible_insertion import FlexibleInsertion
 from ..models.model import Model
-from .base_motion import known_force
 from .path_errors import PathReadings
 from .path_simulation import SimulatedPath
 from .steering_model import SteeringModel, steering_model
@@ -118,7 +117,6 @@ class TipEstimator:
             )
             for values in (self.model.values, *(self._moved(mode) for mode in self._modes.T))
         ]  # fmt: skip
-        self._needle = needles[0]
         likely, *varied = (each._core.copy() for each in needles)  # type: ignore[union-attr]
         self._core = core.TipEstimator(likely, varied, core.PathUncertainty(**uncertainty))
         depth = np.linspace(0.0, _DEEPEST, _KNOWN)
@@ -234,7 +232,7 @@ class TipEstimator:
             tip=found.tip + self.entry,
             covariance=np.array([[xx, xy], [xy, yy]]),
             slope=found.slope,
-            force=float(known_force(self._needle, sample.force)),
+            force=sample.force,
             wrench=sample.wrench,
             status=sample.status,
         )
