@@ -101,6 +101,8 @@ class Insertion {
   /// False if the model or a limit was refused: then no step has a force.
   bool accepted() const noexcept { return valid_; }
   const Limits& limits() const noexcept { return limits_; }
+  /// Lateral force of the bevel as a share of the cutting force. Wait-free.
+  double lateral_ratio() const noexcept { return lateral_ratio_; }
   /// A number that distinguishes models, with the lateral force of the bevel.
   std::uint64_t model_fingerprint() const noexcept {
     Fingerprint print;

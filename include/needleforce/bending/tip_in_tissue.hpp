@@ -21,12 +21,16 @@ class TipInTissue {
 
  protected:
   TipInTissue(const Axial& axial, const FlexibleSettings& settings) noexcept
-      : axial_(axial), settings_(settings), state_(settings.lengths.path_spacing) {}
+      : axial_(axial),
+        settings_(settings),
+        shortens_(!settings.small_slopes && axial.lateral_ratio() == 0.0 && !pushes(settings.beam)),
+        state_(settings.lengths.path_spacing) {}
 
-  /// True where bending shortens the needle, by no more than what its slopes may be.
+  /// True where bending shortens the needle, by no more than what its slopes may be. A tip that is pushed
+  /// aside as it cuts has no energy to be a derivative of: its needle is as long as it was.
   bool coupled() const noexcept {
     const double length = mesh().count() > 0 ? mesh().tip().travel - mesh().base().travel : 0.0;
-    return !settings_.small_slopes && std::abs(state_.beam.shortening().whole()) <= length / 3.0;
+    return shortens_ && std::abs(state_.beam.shortening().whole()) <= length / 3.0;
   }
   bool in_tissue() const noexcept { return state_.embedded && state_.reached > 0.0; }
   Place tip_place() const noexcept { return mesh().count() > 0 ? mesh().tip().place : Place{}; }
@@ -158,8 +162,14 @@ class TipInTissue {
     return beam.layers[layer];
   }
 
+  static bool pushes(const BeamProperties& beam) noexcept {
+    const auto end = beam.layers.begin() + static_cast<std::ptrdiff_t>(std::min(beam.layer_count, max_lateral_layers));
+    return std::any_of(beam.layers.begin(), end, [](const LateralLayer& layer) { return layer.tip_force != 0.0; });
+  }
+
   Axial axial_;
   FlexibleSettings settings_;
+  bool shortens_;  // as it bends, and its axial laws feel it
   FlexibleState<dimension> state_;
 };
 

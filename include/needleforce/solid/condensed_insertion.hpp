@@ -120,6 +120,8 @@ class CondensedInsertion {
   }
   /// Deepest travel that a step takes [m].
   double reach() const noexcept { return tissue_.length(); }
+  /// Lateral force of the bevel as a share of the cutting force. Wait-free.
+  double lateral_ratio() const noexcept { return lateral_ratio_; }
   /// A number that distinguishes tissues and models, with the lateral force of the bevel.
   std::uint64_t model_fingerprint() const noexcept {
     Fingerprint print;
