@@ -1,0 +1,2 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The studio: a page on which a model is felt. Its files, what it knows of laws and presets, and its server."""
