@@ -104,7 +104,9 @@ test-cpp: .venv/.build-packages
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
 
+# where there is a clang, the tests use what the wheel takes
 test-python: setup .venv/.test-packages
+	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
 	@$(PYTHON_TESTS)
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
