@@ -6,8 +6,10 @@
 #include <cmath>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 
 #include "bending/bent_sample.hpp"
+#include "flight_recorder.hpp"
 #include "guard.hpp"
 
 namespace needleforce {
@@ -79,6 +81,58 @@ struct Guarded<Engine> {
   }
   static BaseForce force(const Values& v) noexcept { return {v[0], {v[1], v[2]}, {v[3], v[4]}, v[5]}; }
   static Sample& events(bending::BentSample& sample) noexcept { return sample.axial; }
+};
+
+/// One cycle of a guard around a needle that bends, for a `FlightRecorder<n, BaseCycle>`.
+struct BaseCycle {
+  std::uint64_t number = 0;   ///< counts from 0
+  double dt = 0.0;            ///< [s] as given
+  bending::Base base{};       ///< [m, rad] as given; NaN where none was
+  double sample_force = 0.0;  ///< [N] of the tissue along the depth
+  BaseForce force{};          ///< [N, N m] for the device
+  double energy = 0.0;        ///< [J]
+  double reserve = 0.0;       ///< [J]
+  Phase phase = Phase::free;
+  Status status = Status::ok;
+  Interventions did{};
+
+  using Motion = bending::Base;
+  using Output = BaseOutput;
+  using Words = std::array<std::uint64_t, 17>;
+  static Words packed(const Motion& b, double dt, const Output& o) noexcept {
+    const double numbers[] = {dt,
+                              b.depth,
+                              b.lateral[0],
+                              b.lateral[1],
+                              b.tilt[0],
+                              b.tilt[1],
+                              b.roll,
+                              o.sample.force,
+                              o.force.depth,
+                              o.force.lateral[0],
+                              o.force.lateral[1],
+                              o.force.tilt[0],
+                              o.force.tilt[1],
+                              o.force.roll,
+                              o.energy,
+                              o.reserve};
+    Words words;
+    for (std::size_t i = 0; i < std::size(numbers); ++i) words[i] = Cycle::to_word(numbers[i]);
+    words[16] = Cycle::to_word(o.sample.axial.phase, o.sample.status, o.did);
+    return words;
+  }
+  static BaseCycle unpacked(std::uint64_t number, const Words& words) noexcept {
+    const auto v = [&](std::size_t i) { return std::bit_cast<double>(words[i]); };
+    BaseCycle cycle{number,
+                    v(0),
+                    {v(1), {v(2), v(3)}, {v(4), v(5)}, v(6)},
+                    v(7),
+                    {v(8), {v(9), v(10)}, {v(11), v(12)}, v(13)},
+                    v(14),
+                    v(15)};
+    Cycle::read_word(words[16], cycle);
+    return cycle;
+  }
 };
 
 }  // namespace needleforce

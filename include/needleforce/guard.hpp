@@ -56,15 +56,18 @@ using Output = OutputOf<double, Sample>;
 template <class Engine>
 struct Guarded;
 
+/// Where a device is along the depth [m], and its velocity [m/s] or `no_velocity`.
+struct DepthMotion {
+  double depth = 0.0, velocity = no_velocity;
+};
+
 /// Along the depth.
 template <Steppable Engine>
 struct Guarded<Engine> {
   static constexpr std::size_t axes = axes_of_a_depth;
   using Values = std::array<double, axes>;
   using Output = needleforce::Output;
-  struct Motion {
-    double depth = 0.0, velocity = no_velocity;
-  };
+  using Motion = DepthMotion;
 
   static Motion scaled(const Motion& motion, const GuardSettings& settings) noexcept {
     const double velocity = motion.velocity;
@@ -121,7 +124,7 @@ class Guard {
   Output step(double depth, double velocity, double dt) noexcept
     requires(axes == axes_of_a_depth)
   {
-    return step({depth, velocity}, dt);
+    return step(Motion{depth, velocity}, dt);
   }
 
   /// A cycle in which no measurement came. Wait-free.

@@ -116,16 +116,17 @@ struct GuardSettings {
   }
 
   /// Which settings contradict each other, or nullptr.
-  constexpr const char* contradiction(std::size_t axes = axes_of_a_depth) const noexcept {
+  constexpr const char* contradiction() const noexcept {
+    const bool turns = max_angular_speed < unlimited;
     if (delay != static_cast<int>(delay)) return "delay is no whole number of cycles";
-    if (axes == axes_of_a_depth && limits_more_than_the_depth())
-      return "a lateral or angular limit is for a needle that bends: along the depth nothing else moves";
-    if (const char* reason = contradiction_of_turning(axes)) return reason;
+    if (!turns && max_angular_acceleration < unlimited)
+      return "max_angular_acceleration needs max_angular_speed";
+    if (turns && !limits_energy()) return "max_angular_speed needs max_speed";
     if (!limits_energy()) return max_acceleration < unlimited ? "max_acceleration needs max_speed" : nullptr;
     if (!(longest_cycle < unlimited)) return "max_speed needs longest_cycle: how far can the device get?";
     if (max_speed * longest_cycle > farthest_in_a_cycle)
       return "max_speed times longest_cycle is further than any device gets";
-    if (max_angular_speed < unlimited && max_angular_speed * longest_cycle > farthest_in_a_cycle)
+    if (turns && max_angular_speed * longest_cycle > farthest_in_a_cycle)
       return "max_angular_speed times longest_cycle is further than any device gets";
     if (max_reserve < initial_reserve) return "max_reserve is below initial_reserve";
     if (initial_reserve == 0.0 && (max_acceleration == unlimited || position_error > 0.0))
@@ -134,19 +135,15 @@ struct GuardSettings {
     return nullptr;
   }
 
- private:
-  constexpr bool limits_more_than_the_depth() const noexcept {
+  /// Which settings do not go together with an engine that moves along so many axes, or nullptr.
+  constexpr const char* misfit(std::size_t axes) const noexcept {
+    if (axes > axes_of_a_depth)
+      return limits_energy() && !(max_angular_speed < unlimited)
+                 ? "max_speed needs max_angular_speed: how far can the base turn?"
+                 : nullptr;
     for (std::size_t i = settings_of_a_depth; i < table.size(); ++i)
-      if (this->*table[i].member != table[i].initial) return true;
-    return false;
-  }
-  constexpr const char* contradiction_of_turning(std::size_t axes) const noexcept {
-    const bool turns = max_angular_speed < unlimited;
-    if (!turns && max_angular_acceleration < unlimited)
-      return "max_angular_acceleration needs max_angular_speed";
-    if (turns && !limits_energy()) return "max_angular_speed needs max_speed";
-    if (axes > axes_of_a_depth && limits_energy() && !turns)
-      return "max_speed needs max_angular_speed: how far can the base turn?";
+      if (this->*table[i].member != table[i].initial)
+        return "a lateral or angular limit is for a needle that bends: along the depth nothing else moves";
     return nullptr;
   }
 };
@@ -171,7 +168,8 @@ struct GuardFault {
 /// The first fault of the settings, for an engine that moves along so many axes. Wait-free.
 constexpr GuardFault first_fault(const GuardSettings& settings, std::size_t axes = axes_of_a_depth) noexcept {
   if (const auto* parameter = first_invalid(settings)) return {parameter->name, "outside its range"};
-  return {GuardSettings::name, settings.contradiction(axes)};
+  const char* contradiction = settings.contradiction();
+  return {GuardSettings::name, contradiction ? contradiction : settings.misfit(axes)};
 }
 constexpr bool valid(const GuardSettings& settings, std::size_t axes = axes_of_a_depth) noexcept {
   return !first_fault(settings, axes).reason;
