@@ -140,17 +140,17 @@ def solid():
 @pytest.mark.parametrize("kind", [{"planar": True}, {}, {"planar": True, "tissue": True}, {"tissue": True}])
 def test_forces_of_a_base_are_those_of_its_wrench_and_are_limited(kind):
     kind = kind | ({"tissue": solid()} if "tissue" in kind else {})
-    bare, guard = flexible(**kind), BaseGuard(flexible(**kind), max_lateral_force=0.05)
+    bare, guard = flexible(**kind), BaseGuard(flexible(**kind), max_lateral_force=1e-3)
     aside = 0.0 if "planar" in kind else -1e-6
     for i in range(300):
         place = {"lateral": (2e-6 * i, aside * i), "roll": 1e-3 * i, "dt": MS}
         sample, output = bare.step(1e-4 * i, **place), guard.step(1e-4 * i, **place)
         assert output.force == sample.force and output.sample.force == sample.force
         np.testing.assert_allclose(output.tilt_moment, [-sample.wrench[4], sample.wrench[3]], atol=1e-15)
-        assert math.hypot(*output.lateral_force) <= 0.05 * (1 + 1e-12)
+        assert math.hypot(*output.lateral_force) <= 1e-3 * (1 + 1e-12)
     assert output.clamped
     direction = -sample.wrench[:2] / np.linalg.norm(sample.wrench[:2])
-    np.testing.assert_allclose(output.lateral_force, 0.05 * direction, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(output.lateral_force, 1e-3 * direction, rtol=1e-9, atol=1e-15)
     assert guard.miss(MS).lateral_force == [0.0, 0.0]
     guard.reset()
     assert len(guard.engine.path) == 0

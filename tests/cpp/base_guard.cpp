@@ -12,9 +12,11 @@
 #include "needleforce/solid/bent_in_solid.hpp"
 #include "solid.hpp"
 
-using namespace bending_tests;
-
 namespace {
+
+namespace base_guard {
+
+using namespace bending_tests;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double ms = 1e-3, mm = 1e-3, reserve = 1e-5;
@@ -421,5 +423,7 @@ TEST(BaseGuard, RecorderKeepsWhatWasGivenAndWhatCameOut) {
   EXPECT_EQ(last.force.roll, 6.0);
   EXPECT_TRUE(last.did.clamped);
 }
+
+}  // namespace base_guard
 
 }  // namespace
