@@ -116,7 +116,7 @@ class Roles:
         names = " and the ".join(absent)
         candidates = {q: [column.header for column in self.candidates(q)] for q in absent}
         like = [f"for the {q}: {_listed(headers)}" for q, headers in candidates.items() if headers]
-        limit = "; ".join([columns_of(self.table), *like])
+        limit = "; ".join([self.table.columns(), *like])
         likely = self._likely(absent)
         example = " ".join(f"--column {q}={number}" for q, number in likely.items())
         step = f"Choose {'one' if len(absent) == 1 else 'each'} by its header or number, for example {example}"
@@ -273,15 +273,6 @@ def stated_unit(table: Table, index: int) -> str | None:
     return apart or split(table.headers[index])[1]
 
 
-def columns_of(table: Table) -> str:
-    """The columns of a table as a message lists them: headers, or the numbers of a table without."""
-    headers = table.headers[:_MAX_LISTED]
-    more = f" and {len(table.headers) - _MAX_LISTED} more" if len(table.headers) > _MAX_LISTED else ""
-    if not table.has_header:
-        return f"the file has no header; its first row is {', '.join(table.first_cells()[:_MAX_LISTED])}{more}"
-    return f"the columns are {_listed(headers)}{more}"
-
-
 def _named(table: Table, wanted: str, quantity: str) -> list[int]:
     """The indices of the column that the user chose: its header as written, without the unit, or its number."""
     headers = table.headers
@@ -292,11 +283,12 @@ def _named(table: Table, wanted: str, quantity: str) -> list[int]:
     if not found:
         fitting = _of_dimension(table, RECORDINGS.dimensions.get(quantity, ""), ()) or range(len(headers))
         words = {k: plain_name(headers[k]) for k in fitting}
-        names = {word: headers[k] for k, name in words.items() for word in (name, *name.split("_"))}
+        shown = {k: headers[k] if table.is_named() else str(k + 1) for k in words}
+        names = {word: shown[k] for k, name in words.items() for word in (name, *name.split("_"))}
         like = get_close_matches(plain_name(wanted), names, 1) or get_close_matches(quantity, names, 1, 0.0)
         step = f"Give one of them, or its number from 1 to {len(headers)}, for example --column "
         step += f"{shlex.quote(f'{quantity}={names[like[0]]}')}."
-        raise InputError(f"column for the {quantity}", repr(wanted), columns_of(table), str(table.path), step)
+        raise InputError(f"column for the {quantity}", repr(wanted), table.columns(), str(table.path), step)
     return found
 
 
