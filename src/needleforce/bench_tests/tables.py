@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
 from ..recording.quantities import split
-from ..recording.roles import Vocabulary, assign_columns
+from ..recording.roles import Vocabulary, assign_columns, columns_of
 from ..recording.samples import MAX_MISSING_SHARE
 from ..recording.table import Table
 from ..units import find
@@ -120,7 +120,7 @@ def column_of(table: BenchTable, quantity: str, given: Mapping[str, str]) -> int
     if absent:
         step = f"Give --column {absent}=NAME, or its number from 1 to {len(table.headers)}."
         raise InputError(
-            f"column of {absent}", repr(given[absent]), table.table.columns(_names_quantity), table.file, step
+            f"column of {absent}", repr(given[absent]), columns_of(table.table, _names_quantity), table.file, step
         )
     found = roles.matches.get(quantity, ())
     if len(found) > 1:
@@ -219,4 +219,4 @@ def missing(table: BenchTable, quantity: str, alternatives: str = "") -> InputEr
     step = f"Give --column {quantity}=1, or another number, for each column that is used."
     if table.has_header:
         step = f"Name it {quantity}{alternatives}, or give --column {quantity}=NAME."
-    return InputError(f"column {quantity}", "missing", table.table.columns(_names_quantity), table.file, step)
+    return InputError(f"column {quantity}", "missing", columns_of(table.table, _names_quantity), table.file, step)

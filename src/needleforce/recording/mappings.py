@@ -11,7 +11,7 @@ from typing import Any
 import msgspec
 
 from ..errors import InputError
-from ..files import MAX_DEFINITION_BYTES, atomic_write, decode_toml, leads_out, read_bytes, toml_value
+from ..files import MAX_DEFINITION_BYTES, atomic_write, decode_toml, read_bytes, toml_value
 from .options import ReadOptions, flags, plain_type
 
 IN_FOLDER = "needleforce.toml"
@@ -105,7 +105,7 @@ def completed(path: Path, options: ReadOptions) -> tuple[ReadOptions, str]:
     name, of_folder = options.mapping, path.parent / IN_FOLDER
     if name is None and not of_folder.is_file():
         return options, ""
-    if name is None and leads_out(of_folder, path.parent):
+    if name is None and of_folder.resolve().parent != path.parent.resolve():
         step = "Name it with --as, or copy it into the folder."
         raise InputError(IN_FOLDER, "a link", "leads out of the folder of the file", str(of_folder), step)
     mapping = load_mapping(of_folder if name is None else name)

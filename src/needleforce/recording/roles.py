@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import DIMENSIONS, find
-from .quantities import OTHER_WORDS, QUANTITIES, RECOGNISED, plain_name, split
+from .quantities import OTHER_WORDS, QUANTITIES, RECOGNISED, names_quantity, plain_name, split
 from .table import Table
 
 MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
@@ -116,7 +116,7 @@ class Roles:
         names = " and the ".join(absent)
         candidates = {q: [column.header for column in self.candidates(q)] for q in absent}
         like = [f"for the {q}: {_listed(headers)}" for q, headers in candidates.items() if headers]
-        limit = "; ".join([self.table.columns(), *like])
+        limit = "; ".join([columns_of(self.table), *like])
         likely = self._likely(absent)
         example = " ".join(f"--column {q}={number}" for q, number in likely.items())
         step = f"Choose {'one' if len(absent) == 1 else 'each'} by its header or number, for example {example}"
@@ -273,6 +273,21 @@ def stated_unit(table: Table, index: int) -> str | None:
     return apart or split(table.headers[index])[1]
 
 
+def is_named(table: Table, known: Callable[[str], bool] = names_quantity) -> bool:
+    """Whether any header or unit is one of a measurement, by ``known``: a file that has none may be no measurement, and
+    messages quote nothing of it."""
+    return table.has_header and any(map(known, filter(None, [*table.headers, *table.units])))
+
+
+def columns_of(table: Table, known: Callable[[str], bool] = names_quantity) -> str:
+    """The columns of a table as a message lists them: headers, none of one that is not ``is_named``."""
+    if not is_named(table, known):
+        what = "none has a known name or unit" if table.has_header else "the file has no header"
+        return f"{what}; inspect shows its columns"
+    more = f" and {len(table.headers) - _MAX_LISTED} more" if len(table.headers) > _MAX_LISTED else ""
+    return f"the columns are {_listed(table.headers[:_MAX_LISTED])}{more}"
+
+
 def _named(table: Table, wanted: str, quantity: str) -> list[int]:
     """The indices of the column that the user chose: its header as written, without the unit, or its number."""
     headers = table.headers
@@ -283,12 +298,12 @@ def _named(table: Table, wanted: str, quantity: str) -> list[int]:
     if not found:
         fitting = _of_dimension(table, RECORDINGS.dimensions.get(quantity, ""), ()) or range(len(headers))
         words = {k: plain_name(headers[k]) for k in fitting}
-        shown = {k: headers[k] if table.is_named() else str(k + 1) for k in words}
+        shown = {k: headers[k] if is_named(table) else str(k + 1) for k in words}
         names = {word: shown[k] for k, name in words.items() for word in (name, *name.split("_"))}
         like = get_close_matches(plain_name(wanted), names, 1) or get_close_matches(quantity, names, 1, 0.0)
         step = f"Give one of them, or its number from 1 to {len(headers)}, for example --column "
         step += f"{shlex.quote(f'{quantity}={names[like[0]]}')}."
-        raise InputError(f"column for the {quantity}", repr(wanted), table.columns(), str(table.path), step)
+        raise InputError(f"column for the {quantity}", repr(wanted), columns_of(table), str(table.path), step)
     return found
 
 

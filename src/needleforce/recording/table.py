@@ -18,7 +18,6 @@ from .quantities import names_quantity
 from .recording import Note
 
 _MAX_LISTED = 12  # values in a message
-_MAX_HEADERS = 16
 
 if TYPE_CHECKING:
     from .formats.text_rows import TextRows
@@ -177,19 +176,6 @@ class Table:
             return self.read_texts(column)
         return [f"{value:g}" if np.isfinite(value) else "" for value in self._array(column)]
 
-    def is_named(self, known: Callable[[str], bool] = names_quantity) -> bool:
-        """Whether any header or unit is one of a measurement, by ``known``: a file that has none may be no measurement,
-        and messages quote nothing of it."""
-        return self.has_header and any(map(known, filter(None, [*self.headers, *self.units])))
-
-    def columns(self, known: Callable[[str], bool] = names_quantity) -> str:
-        """The columns as a message lists them: headers, none of a table that is not ``is_named``."""
-        if not self.is_named(known):
-            what = "none has a known name or unit" if self.has_header else "the file has no header"
-            return f"{what}; inspect shows its columns"
-        more = len(self.headers) - _MAX_HEADERS
-        return f"the columns are {', '.join(map(repr, self.headers[:_MAX_HEADERS]))}{f' and {more} more' * (more > 0)}"
-
     def is_cut_off(self, indices: Iterable[int]) -> bool:
         """Whether the last row is truncated, as one of a text may be.
 
@@ -239,7 +225,9 @@ class Table:
     def _has_value(self, header: str, value: str) -> np.ndarray:
         stated = self.lines.stated(header) if self.lines is not None and header not in self.headers else []
         if header not in self.headers and not any(stated):
-            raise InputError("column of the segment", repr(header), self.columns(), str(self.path), "Give one of them.")
+            known = any(map(names_quantity, self.headers))  # of a file that is no recording nothing is quoted
+            limit = f"the columns are {', '.join(map(repr, self.headers))}" if known else "inspect shows its columns"
+            raise InputError("column of the segment", repr(header), limit, str(self.path), "Give one of them.")
         cells = stated or self.texts(self.headers.index(header))
         found = np.array([cell == value or _same_number(cell, value) for cell in cells], bool)
         if not found.any():

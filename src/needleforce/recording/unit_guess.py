@@ -11,7 +11,7 @@ from ..errors import InputError
 from ..units import Unit, find, parse
 from .quantities import check_known, dimension
 from .recording import Note
-from .roles import Column
+from .roles import Column, columns_of
 from .samples import Samples
 
 _RATE_RANGE_HZ = (9.0, 20e3)  # Hz: 10 Hz with its jitter
@@ -163,7 +163,7 @@ def _unknown_unit(samples: Samples, unknown: list[str], found: list[dict[str, Un
     options = [" with ".join(f"{q} in {unit.symbol}" for q, unit in choice.items()) for choice in found]
     candidates = "; ".join(options) if options else "none of " + ", ".join(s for q in unknown for s in _CANDIDATES[q])
     step = f", the median step of time is {np.median(np.diff(samples.values['time'])):g}" if "time" in unknown else ""
-    limit = f"{samples.table.columns()}{step}; plausible: {candidates}"
+    limit = f"{columns_of(samples.table)}{step}; plausible: {candidates}"
     example = found[0] if found else next(_choices(unknown))
     given = " ".join(f"--unit {q}={example[q].symbol}" for q in unknown)
     step = f"Give the unit of your recording, for example {given}."
@@ -186,7 +186,7 @@ def _assume_forces(samples: Samples, units: dict[str, Unit]) -> list[str]:
 
 def _newtons(samples: Samples, largest: float) -> Unit:
     if largest > _MAX_FORCE_N:
-        limit = f"{samples.table.columns()}; the largest value is {largest:g}, which may be in N, mN or g"
+        limit = f"{columns_of(samples.table)}; the largest value is {largest:g}, which may be in N, mN or g"
         step = "Give the unit of the force, for example --unit force=mN."
         raise InputError("unit of force", "unknown", limit, str(samples.table.path), step)
     return parse("N", "force", "force")

@@ -13,7 +13,7 @@ from ..recording.force_signal import outliers
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
 from ..recording.quantities import split
-from ..recording.roles import Column, Vocabulary, assign_columns
+from ..recording.roles import Column, Vocabulary, assign_columns, columns_of
 from ..recording.table import Table
 from ..units import parse
 from .tip_paths import TipPath, rows_of_each
@@ -121,7 +121,7 @@ def _check(table: Table, columns: dict[str, Column]) -> None:
 
 def without_columns(table: Table, missing: list[str], words: set[str], step: str) -> InputError:
     """The error for a table that lacks columns, of which each of another such table has one of these words."""
-    found = table.columns(lambda header: not words.isdisjoint(_words(header)))
+    found = columns_of(table, lambda header: not words.isdisjoint(_words(header)))
     return InputError(" and ".join(missing), "missing", found, str(table.path), step)
 
 
