@@ -52,6 +52,7 @@ def test_linear_tissue_is_found_within_its_intervals():
         # the readings were made in another order of push and motion: within twice the interval
         assert abs(math.log(each.value / true)) < 2.0 * math.log(each.high / each.low) + 0.1, name
     assert found["modulus"].identifiable
+    assert found["surface"].low < 0.0 < found["surface"].high
     assert max(fit.rms.values()) < 0.4e-3
 
 

@@ -13,7 +13,7 @@ from ..checks import one_of
 from ..errors import InputError
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings, between
 from .path_simulation import SimulatedPath, Simulation
-from .steering_parameters import STEP, Parameter, deviations_of
+from .steering_parameters import Parameter, deviations_of
 from .tip_paths import TipPath
 
 SIMPLE = ("unicycle", "bicycle", "regression")
@@ -276,7 +276,7 @@ class PathPredictor:
         here = self._residuals_with(self.values, path, rows)
         slopes = []
         for parameter in self.parameters:
-            number, step = parameter.inside(self.values[parameter.name]), STEP * parameter.spread
+            number, step = parameter.inside(self.values[parameter.name]), parameter.step * parameter.spread
             step = step if parameter.outside(number + step) <= parameter.high else -step
             moved = self.values | {parameter.name: parameter.outside(number + step)}
             slopes.append((self._residuals_with(moved, path, rows) - here) * (parameter.spread / step))
