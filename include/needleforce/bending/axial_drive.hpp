@@ -9,6 +9,7 @@
 #include "../limits.hpp"
 #include "../returnable_slip.hpp"
 #include "../sample.hpp"
+#include "../state_check.hpp"
 #include "bending.hpp"
 
 namespace needleforce::bending {
@@ -21,6 +22,16 @@ struct Slide {
   double holds = 0.0;           ///< its stiffness before it slides [N/m]
   double most = 0.0;            ///< its size while it slides [N]
   ReturnableSlip returnable{};  ///< of that friction
+
+  /// Looks at what came from outside. Wait-free.
+  void check(StateCheck& check) const noexcept {
+    check.number("slide.travel", travel, -4.0 * farthest, 4.0 * farthest);
+    check.number("slide.share", share, 0.0, 1.0);
+    check.number("slide.holds", holds, 0.0, largest_in_a_state);
+    check.number("slide.most", most, 0.0, largest_in_a_state);
+    check.number("slide.rub", rub, -most, most);
+    returnable.check(check, "returnable");
+  }
 };
 
 /// One part of a step: from where it began, the shaft may be tried at one travel after another.

@@ -46,6 +46,16 @@ class BeamEquilibrium {
     return outcome;
   }
 
+  /// Looks at what came from outside. Wait-free.
+  void check(StateCheck& check) const noexcept {
+    mesh_.check(check);
+    check.numbers("beam.force", force_);
+    check.numbers("beam.moment", moment_);
+    check.numbers("beam.pull", std::array{pull_, turning_, advancing_});
+    shortening_.check(check);
+    check.number("beam.pressing", pressing_, 0.0, largest_in_a_state);
+  }
+
   const BeamMesh<dimension>& mesh() const noexcept { return mesh_; }
   /// Friction turns along the shaft that has slid. Wait-free.
   void turn_friction(double share) noexcept {

@@ -19,6 +19,8 @@ struct Shortening {
   double passing = 0.0;   ///< what that gains per travel of the tip where the needle stays
 
   double whole() const noexcept { return free + embedded; }
+  /// Looks at what came from outside. Wait-free.
+  void check(StateCheck& check) const noexcept { check.numbers("beam.shortening", *this); }
 };
 
 /// The shortening at which a needle is as short as it was taken to be. Where it goes back and forth, as that
