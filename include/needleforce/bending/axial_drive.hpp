@@ -122,6 +122,13 @@ class ForceSearch {
     return low_ > -endless && high_ < endless ? 0.5 * (low_ + high_) : std::clamp(step, low_, high_);
   }
 
+  /// The next after one at which the needle buckles, where another bore it. Wait-free.
+  double back(double force, double bears) noexcept {
+    high_ = force;
+    if (!(low_ < high_)) low_ = -endless;
+    return 0.5 * (force + bears);
+  }
+
  private:
   static constexpr double endless = std::numeric_limits<double>::max();
   double low_ = -endless, high_ = endless, missing_ = 0.0;

@@ -56,6 +56,8 @@ class CutPath {
     check.numbers("path.nodes", nodes_);
     check.numbers("path.yielded", yielded_);
     check.numbers("path.front_place", front_place_);
+    check.numbers("path.directions", directions_);
+    check.numbers("path.turns", turns_);
   }
 
   /// Writes the front, and the nodes to which it comes: a tip that is close to one counts as there. The first
@@ -72,6 +74,7 @@ class CutPath {
   }
   static constexpr double close = 1e-3;     ///< to a node, in spacings
   static constexpr double sharpest = 50.0;  ///< curvature that the direction of the path follows [1/m]
+  static constexpr double taken_up = 0.02;  ///< share of a node that its direction takes up
   /// The slope of the path at a travel [m]: that of its nodes, without the steps that a tip leaves which is
   /// moved aside at rest. Wait-free.
   Place direction(double travel) const noexcept {
@@ -147,22 +150,26 @@ class CutPath {
       directions_[0] = entering;
       return;
     }
-    const Place& before = directions_[count_ - 1];
+    // A force along a chord moves the next node: directions follow a few millimetres of chords, a path that
+    // turns evenly without lag.
     Place turned;
     double square = 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
-      turned[d] = (node[d] - nodes_[count_ - 1][d]) * per_spacing_ - before[d];
+      turned[d] = taken_up * ((node[d] - nodes_[count_ - 1][d]) * per_spacing_ - directions_[count_ - 1][d] - turns_[d]);
       square += turned[d] * turned[d];
     }
     const double most = sharpest * spacing, share = square > most * most ? most / std::sqrt(square) : 1.0;
-    for (std::size_t d = 0; d < dimension; ++d) directions_[count_][d] = before[d] + share * turned[d];
+    for (std::size_t d = 0; d < dimension; ++d) {
+      directions_[count_][d] = directions_[count_ - 1][d] + turns_[d] + share * turned[d];
+      turns_[d] = std::clamp(turns_[d] + 0.25 * taken_up * share * turned[d], -most, most);
+    }
   }
 
   Nodes nodes_{}, yielded_{}, directions_{};
   double per_spacing_;
   std::size_t count_ = 0;
   double front_ = 0.0;
-  Place front_place_{};
+  Place front_place_{}, turns_{};  // how the direction turns from node to node
 };
 
 }  // namespace needleforce::bending

@@ -62,7 +62,17 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     double force = drive.force() + (coupled() ? state_.tip_pull : 0.0);
     BeamLoad<dimension> load = load_of(to, shape, force, drive.force());
     bool holds = true;  // the last of the tissue may push a tip out
-    for (std::size_t tries = 1; solve(load, events) && coupled(); ++tries) {
+    double bears = 0.0;  // a force at which the needle did not buckle
+    const bool lost = state_.buckled;
+    for (std::size_t tries = 1; !lost; ++tries) {
+      if (!solve(load, events)) {
+        if (!coupled() || tries == max_tries) break;
+        force = search.back(force, bears);
+        load = load_of(to, shape, force, drive.force());
+        continue;
+      }
+      if (!coupled()) break;
+      bears = force;
       inside |= in_tissue();
       const Shortening now = shortening();
       const double pull = load.compression.free - load.compression.surface;
@@ -122,7 +132,6 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
   double free_pull() const noexcept { return mesh().embedded() > 0 ? state_.beam.pull() : 0.0; }
 
   bool solve(const BeamLoad<dimension>& load, Events& events) noexcept {
-    if (state_.buckled) return false;
     const auto outcome = state_.beam.solve(settings_.beam, state_.path, load);
     state_.buckled = !outcome.stable;
     events.converged &= outcome.converged;
