@@ -32,7 +32,7 @@ class FlexibleInsertion {
       : axial_(axial),
         settings_(settings),
         valid_(axial.accepted() && !fault(settings)),
-        yields_(settings.beam.yields()),
+        yields_(valid_ && settings.beam.yields()),
         model_(number_of(axial, settings)),
         state_(settings.lengths.path_spacing) {}
 
