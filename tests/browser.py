@@ -38,3 +38,10 @@ def served(folder: Path) -> Iterator[str]:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         yield f"http://127.0.0.1:{server.server_port}/"
         server.shutdown()
+
+
+def shows(page: Any, place: str, text: str) -> None:
+    """Waits until a place of the page contains the text; without a program in the page, which its policy refuses."""
+    from playwright.sync_api import expect
+
+    expect(page.locator(place)).to_contain_text(text, timeout=60_000)

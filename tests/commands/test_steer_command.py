@@ -129,6 +129,7 @@ def test_reports_show_figures_with_units(folder, name, words):
     "arguments, words",
     [
         (["plan", "gel.toml", "--target-mm", "1,2"], "3 numbers"),
+        (["plan", "gel.toml", "--target-mm", "1_0,0,50"], "3 numbers"),
         (["plan", "gel.toml", "--target-mm", "0,0,-5"], "below the surface"),
         (["plan", "gel.toml", "--target-mm", "0,0,50", "--sphere-mm", "0,0,50"], "4 numbers"),
         (["plan", "gel.toml", "--target-mm", "0,0,50", "--max-lateral-mm", "-1"], "max_lateral"),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce studio``: the page on which a model is felt, on this computer; or its files for a web server."""
+"""``needleforce studio``: a page on which a model is felt and a recording identified; or files for a web server."""
 
 from pathlib import Path
 from typing import Annotated
@@ -16,7 +16,7 @@ def run(
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
     static: Annotated[Path | None, typer.Option(help=STATIC_HELP)] = None,
 ) -> None:
-    """Push a needle with the mouse and see the force that the core computes. Only this computer reaches the page."""
+    """Push a needle with the mouse, or drop a recording, on a page that only this computer reaches."""
     from ..studio.page_files import write_static
 
     if static is not None:

@@ -3,7 +3,8 @@
 
 A page of another site must not reach it: a request whose ``Host`` is not this server's own is refused, which a name
 that was pointed at loopback would have, and so is one whose ``Origin`` is another. No path that a client gives is
-opened: a name is looked up among the files that were read at the start.
+opened: a name is looked up among the files that were read at the start. A recording that the page gives is written
+under a name of letters and digits into a folder of its own.
 """
 
 import re
@@ -57,6 +58,7 @@ def make_app(files: dict[str, bytes], port: int) -> "Starlette":
         from starlette.routing import Route
     except ImportError:
         raise _not_installed("starlette") from None
+    from .recording_jobs import recording_routes
 
     async def give(request: Any) -> Any:
         name = request.path_params["name"] or "index.html"
@@ -65,8 +67,10 @@ def make_app(files: dict[str, bytes], port: int) -> "Starlette":
         kind = TYPES[name[name.rindex(".") :]]
         return Response(files[name], headers={"content-type": kind})
 
+    files = files | {"index.html": files["index.html"].replace(b'<html lang="en"', b'<html lang="en" data-server')}
     own_page = Middleware(_OwnPageOnly, port=port, headers=HEADERS | {"content-security-policy": _policy(files)})
-    return Starlette(routes=[Route("/{name:path}", give)], middleware=[own_page])
+    routes, lifespan = recording_routes()
+    return Starlette(routes=[*routes, Route("/{name:path}", give)], middleware=[own_page], lifespan=lifespan)
 
 
 def _policy(files: dict[str, bytes]) -> str:
@@ -86,7 +90,7 @@ class _OwnPageOnly:
         if scope["type"] == "lifespan":
             await self.app(scope, receive, send)
             return
-        if reason := self._refusal(scope["headers"]):
+        if reason := self._refusal(scope["method"], scope["headers"]):
             from starlette.responses import PlainTextResponse
 
             await PlainTextResponse(reason, status_code=403, headers=self.headers)(scope, receive, send)
@@ -94,19 +98,21 @@ class _OwnPageOnly:
 
         async def send_with_headers(message: dict) -> None:
             if message["type"] == "http.response.start":
+                given = {name.lower() for name, _ in message["headers"]}
                 own = [(name.encode(), value.encode()) for name, value in self.headers.items()]
-                message = {**message, "headers": [*message["headers"], *own]}
+                more = [header for header in own if header[0] not in given]
+                message = {**message, "headers": [*message["headers"], *more]}
             await send(message)
 
         await self.app(scope, receive, send_with_headers)
 
-    def _refusal(self, headers: list[tuple[bytes, bytes]]) -> str:
+    def _refusal(self, method: str, headers: list[tuple[bytes, bytes]]) -> str:
         """Why a request is refused, or nothing."""
         hosts = [value.decode("latin-1").lower() for name, value in headers if name == b"host"]
         origins = [value.decode("latin-1").lower() for name, value in headers if name == b"origin"]
         if len(hosts) != 1 or hosts[0] not in self.hosts:
             return "The request names another host than the studio's.\n"
-        if any(origin not in self.origins for origin in origins):
+        if any(origin not in self.origins for origin in origins) or not (origins or method in ("GET", "HEAD")):
             return "The request comes from the page of another site.\n"
         return ""
 

@@ -2,6 +2,7 @@
 // The simulator: the state of the page, what moves the needle, and what is drawn of it.
 
 import { load } from "./core/needleforce.mjs";
+import { drawAll, startAnalyse } from "./analyse.js";
 import { showModel } from "./controls.js";
 import { colours, onColours, paint, pngOf, svgOf } from "./drawing.js";
 import { csvText, headerText, presetText, save } from "./exports.js";
@@ -382,11 +383,27 @@ function takeLink() {
   showControls();
 }
 
+/** One view at a time; the server alone has more than the simulator. */
+function startViews() {
+  if (!("server" in document.documentElement.dataset)) return;
+  startAnalyse();
+  at("views").hidden = false;
+  const views = ["simulator", "analyse"];
+  const open = (wanted) => {
+    for (const view of views) {
+      at(view).hidden = view !== wanted;
+      at(`to-${view}`).setAttribute("aria-pressed", String(view === wanted));
+    }
+    wanted === "simulator" ? redraw() : drawAll();
+  };
+  for (const view of views) at(`to-${view}`).addEventListener("click", () => open(view));
+}
+
 async function start() {
   if (typeof WebAssembly !== "object") throw new Error("this browser has no WebAssembly, in which the core is compiled");
   const [answer, core] = await Promise.all([fetch("tables.json"), load()]);
   [tables, Insertion] = [await answer.json(), core.Insertion];
-  at("version").textContent = `simulator, version ${core.version}`;
+  at("version").textContent = `version ${core.version}`;
   state.models = [fromPreset(tables, "paper"), null];
   state.motion.depth = tables.presets.paper.stroke;
   at("loading").hidden = true;
@@ -394,6 +411,7 @@ async function start() {
   listenToNeedle();
   listenToPlots();
   listenToBar();
+  startViews();
   if (location.hash) return takeLink();
   begin(true);
   showControls();
