@@ -24,6 +24,7 @@ using namespace needleforce;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double usual_number = 7.0;  // of an attempt in which none is hostile, which is to be taken
 constexpr double hostile[] = {none, infinity, -infinity, -1.0, 0.0, 1e300, -1e300, 1e-310};
 
 /// Memory of the caller, and what was answered.
@@ -193,6 +194,7 @@ TEST(HostileNumbers, OfANeedleThatBends) {
     Place axial(nf_size()), place(nf_bend_size());
     nf_bend* made = bent.made(axial, place);
     expect_named(made, place.why, number);
+    EXPECT_TRUE(made || number != usual_number) << place.why.reason;
     nf_bent sample;
     for (const double depth : {-1e-3, 1e-3, 8e-3, 1.2e-2, 1.1e-2, -1e-3}) {
       if (!made) return;
@@ -201,7 +203,7 @@ TEST(HostileNumbers, OfANeedleThatBends) {
       expect_finite(sample, what, number);
     }
   };
-  attempt("nothing", 0.0);
+  attempt("nothing", usual_number);
   for (nf_lateral_layer& layer : bent.layers)
     for (nf_parameter* each = layer.parameters; each->name; ++each)
       with_each(each->value, [&](double number) { attempt(each->name, number); });
@@ -240,6 +242,7 @@ TEST(HostileNumbers, OfAGuard) {
   const GuardSettings usual{.max_force = 2.0, .max_slew = 100.0, .longest_cycle = 0.2, .max_speed = 1.0};
   for (const auto& parameter : GuardSettings::table)
     settings.push_back({parameter.name, usual.*parameter.member});
+  EXPECT_TRUE(valid(usual));
   for (nf_parameter& each : settings)
     with_each(each.value, [&](double number) {
       Place place(nf_size()), around(nf_guard_size());
@@ -255,6 +258,40 @@ TEST(HostileNumbers, OfAGuard) {
         EXPECT_TRUE(std::isfinite(out.force + out.energy + out.reserve)) << each.name << " = " << number;
       }
     });
+}
+
+TEST(HostileNumbers, OfAGuardOfABase) {
+  Bent bent;
+  std::vector<nf_parameter> settings;
+  const GuardSettings usual{
+      .max_force = 2.0, .longest_cycle = 0.2, .max_speed = 1.0, .max_angular_speed = 1.0};
+  for (const auto& parameter : GuardSettings::table)
+    settings.push_back({parameter.name, usual.*parameter.member});
+  nf_base base{};
+  const auto attempt = [&](const char* what, double number) {
+    Place axial(nf_size()), place(nf_bend_size()), around(nf_base_guard_size());
+    nf_base_guard* guard = nf_base_guard_init(around.memory.data(), around.size(), bent.made(axial, place),
+                                              settings.data(), settings.size(), &around.why);
+    expect_named(guard, around.why, number);
+    EXPECT_TRUE(guard || number != usual_number) << around.why.reason;
+    nf_base_output out;
+    for (int i = -1; guard && i < 4; ++i) {
+      const nf_base to{
+          base.depth + 2e-3 * i, {base.lateral[0], base.lateral[1]}, {base.tilt[0], base.tilt[1]}, base.roll};
+      nf_base_guard_step(guard, &to, 0.1, &out);
+      expect_finite(out.sample, what, number);
+      const nf_base_force& f = out.force;
+      EXPECT_TRUE(std::isfinite(f.depth + f.lateral[0] + f.lateral[1] + f.tilt[0] + f.tilt[1] + f.roll +
+                                out.energy + out.reserve))
+          << what << " = " << number;
+    }
+  };
+  attempt("nothing", usual_number);
+  for (nf_parameter& each : settings)
+    with_each(each.value, [&](double number) { attempt(each.name, number); });
+  for (double* number :
+       {&base.depth, &base.lateral[0], &base.lateral[1], &base.tilt[0], &base.tilt[1], &base.roll})
+    with_each(*number, [&](double each) { attempt("motion of the base", each); });
 }
 
 // counts beyond their arrays were read before they were refused
