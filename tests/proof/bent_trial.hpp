@@ -11,6 +11,7 @@
 
 #include "bent_from_bytes.hpp"
 #include "c_bending.hpp"
+#include "planted.hpp"
 
 namespace needleforce::proof {
 
@@ -78,7 +79,7 @@ class BentTrial {
     const bending::BentSample sample = engine_->step(base, dt);
     require(same_bent(sample, shadow_->step(base, dt)), "saved bytes continue as the needle does");
     if (c_) require(same_bent(sample, c_->step(base, dt)), "C gives the bits of C++ for a needle");
-    if (made_) made_->step(base, dt);
+    planted_.step([](const auto& made) { return bent_numbers_of(made); }, base, dt);
     check(sample);
     check_shape(sample);
     const double across = base.lateral[0] + base.lateral[1] + base.tilt[0] + base.tilt[1];
@@ -149,21 +150,23 @@ class BentTrial {
       max = std::max(max, std::abs(layer.tip_force));
     return (1.0 + 1e-12) * (std::abs(axial.lateral) + max);
   }
-  /// Altered bytes are refused; with right sums they are refused or lead to nothing outside memory.
+  /// Altered bytes are refused; with right sums they are refused or lead to numbers that are finite.
   void alter(std::size_t where, std::uint64_t change) {
-    using Words = decltype(kept_->bending.words);
     auto altered = std::make_unique<typename Engine::Saved>(*kept_);
-    const std::size_t words = std::tuple_size_v<Words>, axial = altered->axial.words.size();
-    // half of them where most of the state is that is no path
-    const std::size_t word = where % 2 ? words - 1 - where / 2 % 800 : where / 2 % (words + axial);
-    std::uint64_t& one = word < words ? altered->bending.words[word] : altered->axial.words[word - words];
-    one ^= change ? change : 1;
-    require(!made_ || !made_->restore(*altered), "altered bytes are refused");
-    altered->bending.checksum = altered->bending.sum();
-    altered->axial.checksum = altered->axial.sum();
-    if (!made_) made_ = std::make_unique<Engine>(*engine_);
-    made_->restore(*altered);
-    made_->shape([](const bending::Vector&) {});
+    altered->bending.words[where % altered->bending.words.size()] ^= change ? change : 1;
+    require(!engine_->restore(*altered), "altered bytes are refused");
+    planted_.restore(*engine_, [&](auto& saved) {
+      const std::size_t words = saved.bending.words.size(), near = words - 1 - where / 3 % 800;
+      // a third of them in the axial state, another where most is that is no path
+      if (where % 3 == 0)
+        plant(saved.axial, where / 3, change);
+      else
+        plant(saved.bending, where % 3 == 1 ? near : where / 3, change);
+    });
+    planted_.engine()->shape([](const bending::Vector& point) {
+      for (const double number : point)
+        require(std::isfinite(number), "the shape from planted bytes is finite");
+    });
   }
 
   bending::FlexibleSettings settings_;
@@ -172,7 +175,8 @@ class BentTrial {
   bending::Base at_{};
   double solutions_ = 0.0;
   bounds::Parts max_;
-  std::unique_ptr<Engine> engine_, shadow_, made_;
+  std::unique_ptr<Engine> engine_, shadow_;
+  Planted<Engine> planted_;
   std::unique_ptr<typename Engine::Saved> kept_;
   CFace c_axial_;
   std::unique_ptr<CNeedle> c_;
