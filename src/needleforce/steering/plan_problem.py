@@ -178,9 +178,12 @@ class PlanProblem:
 
     def predicted(self, motion: BaseMotion) -> tuple[np.ndarray, SimulatedPath]:
         """Tip (n, 3) from the point of entry [m], with its expected error, and the simulation."""
-        simulated = self.model.simulated(self.path(motion), self.axial, self.replays)
+        path = self.path(motion)
+        simulated = self.model.simulated(path, self.axial, self.replays)
         across = simulated.tip - simulated.tip[0] + self._error
-        return np.column_stack([across, simulated.along - simulated.along[0]]), simulated
+        # wherever the tissue begins; a needle that is given lags behind its depth as it bends
+        along = path.depth - path.depth[0] + simulated.along - simulated.depth
+        return np.column_stack([across, along]), simulated
 
     def residuals(self, sought: np.ndarray) -> np.ndarray:
         """Distances from target, obstacles and limits, and effort, for least squares."""
