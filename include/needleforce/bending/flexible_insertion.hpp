@@ -61,11 +61,18 @@ class FlexibleInsertion {
   /// Restores a memory; returns false and changes nothing for bytes of another version, model or settings,
   /// altered bytes, or a state that no needle can have. Wait-free.
   bool restore(const Saved& bytes) noexcept {
-    if (!valid_ || !belongs(bytes.bending, model_)) return false;
-    const FlexibleState<dimension> state = bytes.bending.state();
-    if (!possible(state, settings_) || !axial_.restore(bytes.axial)) return false;
-    state_ = state;
+    if (restore_fault(bytes)) return false;
+    axial_.restore(bytes.axial);
+    state_ = bytes.bending.state();
     return true;
+  }
+  /// Why `restore` refuses a memory, as the part of it that is at fault, or nullptr. Wait-free.
+  const char* restore_fault(const Saved& bytes) const noexcept {
+    if (!valid_) return "model of this insertion";
+    if (const char* part = foreign_part(bytes.bending, model_)) return part;
+    StateCheck check;
+    bending::check(check, bytes.bending.state(), settings_);
+    return check.fault() ? check.fault() : axial_.restore_fault(bytes.axial);
   }
 
   /// Calls `visit` with the points of the needle from the base to the tip [m], none before the first step.
@@ -129,7 +136,7 @@ class FlexibleInsertion {
   /// The last force for a bounded time, then none; the needle stays where it was.
   BentSample refuse(Status status, double dt) noexcept {
     const bool waits = dt > 0.0 && std::isfinite(dt);
-    if (waits) state_.waited += dt;
+    if (waits) state_.waited = std::min(state_.waited + dt, longest);
     BentSample sample = state_.last;
     if (!(valid_ && waits && state_.waited <= axial_.limits().hold_time)) {
       sample.force = sample.lateral = 0.0;
