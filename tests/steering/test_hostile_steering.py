@@ -3,6 +3,7 @@
 
 import math
 import random
+import time
 
 import numpy as np
 import pytest
@@ -40,6 +41,7 @@ tip = [[0.0, 0.0, 0.0], [0.001, 0.0, 0.01], [0.002, 0.0, 0.02]]
 roll = [0.0, 0.0, 0.0]
 slope = [[0.0, 0.0], [0.05, 0.0], [0.05, 0.0]]
 """
+ROW = '[[insertions]]\nname = "x"\nstart = 0.0\nbase = [[0.0, 0.0]]\ntip = [[0.0, 0.0, 0.0]]\nroll = [0.0]\n\n'
 GOOD = TipPath("x", np.zeros((4, 2)), np.outer(np.arange(4), [0.0, 0.0, 5e-3]), None)
 
 
@@ -71,6 +73,7 @@ def loaded(folder, text):
         ('"tip_force_x"]', '"modulus"]', "named twice"),
         ("[[0.01, 0.0]", "[[1e300, 0.0]", "covariance in row 1"),
         ("length_m = 0.3", "length_m = 1e31", "length_m is 1e[+]31, outside"),
+        ("[[insertions]]", ROW * 1000 + "[[insertions]]", r"number of insertions is 1001, at most 1000 are read"),
     ],
 )
 def test_a_number_of_a_steering_file_that_no_needle_has_is_named(tmp_path, old, new, words):
@@ -156,6 +159,17 @@ def test_several_rows_out_of_range_are_no_spikes_and_the_line_is_named(tmp_path,
         lines[row][2] = "1e31"
     with pytest.raises(nf.InputError, match=r"line 6: tip_x of insertion 0 is 1e\+28 m, outside -100 to 100 m"):
         read(tmp_path, lines)
+
+
+@pytest.mark.parametrize("of, read_any", [("tip_x_mm,tip_y_mm,tip_z_mm,trial", nf.steering.read),
+                                         ("x_mm,y_mm,z_mm,depth_mm", nf.steering.read_shapes)])  # fmt: skip
+def test_a_table_whose_every_row_is_another_insertion_is_refused_at_once(tmp_path, of, read_any):
+    rows = "".join(f"0,0,{k % 7},{1e-3 * k}\n" for k in range(60_000))
+    (tmp_path / "many.csv").write_text(f"{of}\n{rows}", encoding="utf-8")
+    begun = time.process_time()
+    with pytest.raises(nf.InputError, match="number of insertions is 60000, at most 1000 are read"):
+        read_any(tmp_path / "many.csv")
+    assert time.process_time() - begun < 3.0
 
 
 @pytest.mark.parametrize("column, cell", [(5, "1e308"), (7, "1e308"), (9, "1e308"), (1, "-1e308"), (2, "inf")])

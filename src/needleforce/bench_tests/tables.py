@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
 from ..recording.quantities import split
-from ..recording.roles import Vocabulary, assign_columns
+from ..recording.roles import Vocabulary, assign_columns, columns_of
 from ..recording.samples import MAX_MISSING_SHARE
 from ..recording.table import Table
 from ..units import find
@@ -118,9 +118,10 @@ def column_of(table: BenchTable, quantity: str, given: Mapping[str, str]) -> int
     roles = assign_columns(table.table, given, _VOCABULARIES[quantity])
     absent = next((q for q in ([quantity] if quantity in given else given) if q not in roles.matches), None)
     if absent:
-        limit = f"the columns are {', '.join(table.headers)}"
         step = f"Give --column {absent}=NAME, or its number from 1 to {len(table.headers)}."
-        raise InputError(f"column of {absent}", repr(given[absent]), limit, table.file, step)
+        raise InputError(
+            f"column of {absent}", repr(given[absent]), columns_of(table.table, _names_quantity), table.file, step
+        )
     found = roles.matches.get(quantity, ())
     if len(found) > 1:
         shown = " and ".join(repr(table.headers[k]) for k in found)
@@ -159,6 +160,12 @@ _VOCABULARIES = {
     )
     for quantity, (_, phrases) in QUANTITIES.items()
 }
+
+
+def _names_quantity(header: str) -> bool:
+    """Whether a header, or a unit apart from it, is one of a bench test."""
+    known = (each for vocabulary in _VOCABULARIES.values() for each in vocabulary.recognised.values())
+    return bool(_split(header)[1]) or is_unit(header) or any(each(header) for each in known)
 
 
 def in_si(table: BenchTable, quantity: str, index: int, units: Mapping[str, str]) -> np.ndarray:
@@ -208,11 +215,8 @@ def check_names(columns: Iterable[str], units: Iterable[str], known: Iterable[st
 
 
 def missing(table: BenchTable, quantity: str, alternatives: str = "") -> InputError:
-    """The error for a quantity without a column; a table without header shows its first row."""
+    """The error for a quantity without a column."""
+    step = f"Give --column {quantity}=1, or another number, for each column that is used."
     if table.has_header:
-        limit = f"the columns are {', '.join(table.headers)}"
         step = f"Name it {quantity}{alternatives}, or give --column {quantity}=NAME."
-    else:
-        limit = f"the file has no header; its first row is {', '.join(table.table.first_cells())}"
-        step = f"Give --column {quantity}=1, or another number, for each column that is used."
-    return InputError(f"column {quantity}", "missing", limit, table.file, step)
+    return InputError(f"column {quantity}", "missing", columns_of(table.table, _names_quantity), table.file, step)

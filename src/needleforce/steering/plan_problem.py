@@ -158,14 +158,9 @@ class PlanProblem:
             done = len(self.executed)
             tip[:done] = self.readings.tip[:done] - self.readings.tip[0]
             tip[:, 2] = np.append(self.readings.depth[:done], motion.depth[done:])
-            slope = self._slopes(n)
+            if self.readings.slope is not None:
+                slope = np.vstack([self.readings.slope, np.zeros((n - done, 2))])
         return TipPath("plan", motion.lateral, tip, slope, roll=motion.roll)
-
-    def _slopes(self, n: int) -> np.ndarray | None:
-        assert self.readings is not None
-        if self.readings.slope is None:
-            return None
-        return np.vstack([self.readings.slope, np.zeros((n - len(self.readings.slope), 2))])
 
     @cached_property
     def _error(self) -> np.ndarray:
@@ -181,9 +176,8 @@ class PlanProblem:
         path = self.path(motion)
         simulated = self.model.simulated(path, self.axial, self.replays)
         across = simulated.tip - simulated.tip[0] + self._error
-        # wherever the tissue begins; a needle that is given lags behind its depth as it bends
-        along = path.depth - path.depth[0] + simulated.along - simulated.depth
-        return np.column_stack([across, along]), simulated
+        along = path.depth - simulated.depth + simulated.along  # wherever the tissue begins
+        return np.column_stack([across, along - along[0]]), simulated
 
     def residuals(self, sought: np.ndarray) -> np.ndarray:
         """Distances from target, obstacles and limits, and effort, for least squares."""

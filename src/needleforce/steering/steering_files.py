@@ -15,7 +15,7 @@ from ..preset_files.build import make_needle, needle_lines
 from ..preset_files.schema import NeedleSection
 from .steering_model import SteeringModel, identified_model
 from .steering_parameters import ALIGNED, MODELS, SHAPE_MODELS, WRENCH_MODELS
-from .tip_paths import RANGES, TipPath
+from .tip_paths import RANGES, TipPath, check_count
 
 _KNOWN = {p.name: p for models in (MODELS, WRENCH_MODELS, SHAPE_MODELS) for group in models.values() for p in group}
 # of how the needle is held, and of the tracker
@@ -98,6 +98,7 @@ def _model(found: SteeringFile) -> SteeringModel:
     shape = (len(parameters), len(parameters))
     covariance = in_range("covariance", found.covariance, _COVARIANCE, _NEXT, shape)
     _check(found, covariance)
+    check_count(len(found.insertions), "$.insertions")
     insertions = tuple(_tip_path(each, f"$.insertions[{k}], {each.name}") for k, each in enumerate(found.insertions))
     values = ALIGNED | found.values
     return identified_model(

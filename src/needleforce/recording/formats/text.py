@@ -283,7 +283,7 @@ def _check_columns(headers: Sequence[str], width: int, path: Path) -> None:
     longest = max(headers, key=len, default="")
     if len(longest) > _MAX_HEADER_CHARS:
         limit, step = f"at most {_MAX_HEADER_CHARS} characters", "Rename the column."
-        raise InputError("header", f"{longest[:40]!r}… of {len(longest)} characters", limit, str(path), step)
+        raise InputError("header", f"one of {len(longest)} characters", limit, str(path), step)
 
 
 def _clocks(rows: Sequence[Sequence[str]]) -> frozenset[int]:

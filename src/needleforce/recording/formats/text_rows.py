@@ -121,11 +121,6 @@ class TextRows(ABC):
         """Whether the values are read in chunks, only when they are used."""
         return self.path.stat().st_size >= _CHUNKED_BYTES
 
-    def first_cells(self) -> list[str]:
-        """The numbers of the first row, and ``text`` for others, as it may be no recording."""
-        row = next((cells for _, cells in self.data_lines()), [])
-        return [cell if is_number(cell) or is_missing(cell) else "text" for cell in row]
-
     def texts(self, index: int) -> list[str]:
         """The cells of a column."""
         return [cells[index] if index < len(cells) else "" for _, cells in self.data_lines()]
