@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the simulator's drawings show of { trace, models, presets, chosen, cursor, lowest, deepest }: the scenes of plot.js
-// and section.js. The cursor is the step that the reader looks at, or null.
+// and section.js, and the legend of a picture. The cursor is the step that the reader looks at, or null.
 
 import { PARTS, STEP } from "./trace.js";
 
@@ -40,7 +40,7 @@ function marks({ trace, models }, colour, x) {
   return runsOf(trace).flatMap((one) => one.run.events.map((event) => {
     const place = eventPlace(trace, one, event);
     const text = event.kind === "punctured" ? `puncture${models[1] ? ` ${NAMES[one.k]}` : ""}` : "";
-    return { x: place[x], y: place.force, text, colour: colourOf(colour, one.k) };
+    return { x: place[x], y: place.force, text, onLeft: Boolean(models[1]) && one.k === 0, colour: colourOf(colour, one.k) };
   }));
 }
 
@@ -68,6 +68,22 @@ export function timeScene(shown, colour) {
     curves: curves(shown, colour, trace.time, 1), marks: marks(shown, colour, "time"),
     cursor: cursorOn(shown, colour, (i) => trace.time[i]),
   };
+}
+
+/** The curves of a picture by name and colour, for which the page has its table. */
+export function drawLegend(context, { height }, colour, { models, chosen }) {
+  const forces = models.map((model, k) => model && [`force ${NAMES[k]}: ${model.preset}`, colourOf(colour, k)]).filter(Boolean);
+  const of = forces.length > 1 ? ` ${NAMES[chosen]}` : "";
+  let left = 0;
+  context.textAlign = "left";
+  context.textBaseline = "middle";
+  for (const [text, style] of [...forces, ...PARTS.map((name) => [name + of, colour[name]])]) {
+    context.fillStyle = style;
+    context.fillRect(left, height / 2 - 1, 16, 3);
+    context.fillStyle = colour.ink;
+    context.fillText(text, left + 22, height / 2);
+    left += 50 + context.measureText(text).width;
+  }
 }
 
 export function sectionScene({ trace, models, presets, chosen, cursor, lowest, deepest }) {

@@ -6,7 +6,7 @@ import { colours, onColours, paint, pngOf, svgOf } from "./drawing.js";
 import { csvText, headerText, presetText, save } from "./exports.js";
 import { fromPreset, linkText, stateOfLink } from "./model.js";
 import { drawPlot, mapping } from "./plot.js";
-import { NAMES, depthScene, eventPlace, runsOf, sectionScene, timeScene } from "./scenes.js";
+import { NAMES, depthScene, drawLegend, eventPlace, runsOf, sectionScene, timeScene } from "./scenes.js";
 import { drawSection, sectionScale } from "./section.js";
 import { MAX_STEPS, STEP, Trace, stroke } from "./trace.js";
 
@@ -282,6 +282,7 @@ const pictureParts = () => [
   { draw: (context, size, colour) => drawSection(context, size, colour, sectionScene(shown())), width: 240, height: 620, x: 10, y: 10 },
   { draw: (context, size, colour) => drawPlot(context, size, colour, depthScene(shown(), colour)), width: 690, height: 330, x: 260, y: 10 },
   { draw: (context, size, colour) => drawPlot(context, size, colour, timeScene(shown(), colour)), width: 690, height: 280, x: 260, y: 350 },
+  { draw: (context, size, colour) => drawLegend(context, size, colour, shown()), width: 690, height: 24, x: 322, y: 634 },
 ];
 
 async function give(what) {
@@ -292,8 +293,8 @@ async function give(what) {
   if (what === "preset") save(`${name}.toml`, presetText(tables, model));
   if (what === "header") save(`${name}.hpp`, headerText(tables, model));
   if (what === "csv") save(`${name}.csv`, csvText(tables, model, trace, trace.runs[chosen]), "text/csv");
-  if (what === "svg") save(`${name}.svg`, svgOf(pictureParts(), 960, 640), "image/svg+xml");
-  if (what === "png") save(`${name}.png`, await pngOf(pictureParts(), 960, 640));
+  if (what === "svg") save(`${name}.svg`, svgOf(pictureParts(), 960, 664), "image/svg+xml");
+  if (what === "png") save(`${name}.png`, await pngOf(pictureParts(), 960, 664));
 }
 
 function giveLink() {
