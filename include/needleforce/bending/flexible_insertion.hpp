@@ -334,8 +334,8 @@ class FlexibleInsertion {
     const double left = std::max(0.0, 1.0 - behind(depth) / settings_.lengths.unloading);
     return state_.sample.lateral + tip_force_at(depth) * left;
   }
-  /// That of the layers within half a spacing of the path: so the path, straight between its nodes, turns where
-  /// they meet.
+  /// That of the layers within half a spacing of the path: so the path, straight between its nodes, turns
+  /// where they meet.
   double tip_force_at(double depth) const noexcept {
     const BeamProperties& beam = settings_.beam;
     double force = beam.layers[0].tip_force;

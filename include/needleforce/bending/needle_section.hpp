@@ -36,7 +36,7 @@ struct Sections {
   explicit Sections(std::span<const Section> sections) noexcept
       : count(std::min(sections.size(), max_sections)) {
     std::copy_n(sections.begin(), count, list.begin());
-    // the last goes on to the hub, wherever that is; what is no distance stays, to be refused
+    // the last extends to the hub, wherever that is; what is no distance stays, to be refused
     if (count > 0 && list[count - 1].end >= 0.0)
       list[count - 1].end = std::numeric_limits<double>::infinity();
   }
