@@ -8,8 +8,8 @@ CXX_SOURCES := $(shell find include bindings integrations tests examples benchma
 CORE := build/python
 CXX_TESTS := build/cpp
 CXX_SANITIZED := build/sanitized
-# every test in which one thread speaks to another
-THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp
+# every test in which threads share something, or must not
+THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp tests/cpp/one_thread.cpp
 # a line at least every five seconds
 WATCHED = $(PYTHON) tools/progress.py
 # Python keeps what it compiled, whatever the shell has set: otherwise a command takes four times as long, for each compiles every module again
@@ -104,7 +104,9 @@ test-cpp: .venv/.build-packages
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
 
+# where there is a clang, the tests use what the wheel takes
 test-python: setup .venv/.test-packages
+	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
 	@$(PYTHON_TESTS)
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
@@ -129,7 +131,7 @@ proof-symbols: .venv/.made
 
 # Long walks repeat, in an ordinary build, what the fuzzers do with the same sanitizers, faster, or what a shorter test does. With sanitizers they
 # are run a seventh a day.
-REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|EquilibriumOfEachNonlinear
+REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|OfAllAxes|EquilibriumOfEachNonlinear
 
 # Without a limit the compiler inlines, and then instruments again, what every test of every law calls: they take a sixth longer to compile.
 INLINED := -mllvm -inline-threshold=25 -mllvm -inlinehint-threshold=25 -Wno-unused-command-line-argument

@@ -92,7 +92,7 @@ SIMULATED = ["version", "parameter", "sneddon", "tips", "tip", "needle", "tissue
              "bevel", "sample", "state_check", "returnable_slip", "noisy_depth", "relaxation", "memory", "rupture",
              "law", "laws", "laws/all", "dispatch", "model", "fingerprint", "state_bytes", "limits", "state", "layer",
              "model_swap", "insertion", "bending", "sliding", "solid", "exchange", "live", "guard_settings",
-             "energy_controller", "guard", "flight_recorder"]  # fmt: skip
+             "energy_controller", "guard", "flight_recorder", "base_guard"]  # fmt: skip
 FITTED = ["fit/normal", "fit/pair", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading", "fit/median", "fit/depth_noise",
           "fit/origin", "fit/lag", "fit/outliers", "fit/sliding_start", "fit/windows"]  # fmt: skip
