@@ -8,8 +8,8 @@ CXX_SOURCES := $(shell find include bindings integrations tests examples benchma
 CORE := build/python
 CXX_TESTS := build/cpp
 CXX_SANITIZED := build/sanitized
-# every test in which one thread speaks to another
-THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp
+# every test in which threads share something, or must not
+THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp tests/cpp/one_thread.cpp
 # a line at least every five seconds
 WATCHED = $(PYTHON) tools/progress.py
 # Python keeps what it compiled, whatever the shell has set: otherwise a command takes four times as long, for each compiles every module again
@@ -104,7 +104,9 @@ test-cpp: .venv/.build-packages
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
 
+# where there is a clang, the tests use what the wheel takes
 test-python: setup .venv/.test-packages
+	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
 	@$(PYTHON_TESTS)
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day

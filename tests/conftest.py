@@ -116,10 +116,13 @@ def root() -> Path:
 
 @pytest.fixture(scope="session")
 def wasm(root, tmp_path_factory) -> Path:
-    """The folder with needleforce.mjs and the core for WebAssembly, which one process of a run compiles."""
+    """The folder with needleforce.mjs and the core for WebAssembly: that of ``make wasm`` if it is of these sources,
+    else one that one process of a run compiles."""
     missing = [tool for tool in ("clang++-19", "node") if shutil.which(tool) is None]
     if missing:
         pytest.skip(f"no {' and no '.join(missing)}: tools/system_packages.sh proof installs what WebAssembly needs")
+    if subprocess.run(["make", "--question", "--silent", "wasm"], cwd=root, capture_output=True).returncode == 0:
+        return root / "src" / "needleforce" / "studio" / "core"
     own = tmp_path_factory.getbasetemp()
     of_run = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
     folder = of_run / "wasm"

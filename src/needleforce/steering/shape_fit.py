@@ -150,7 +150,7 @@ def identify_shapes(
             parts.append(np.linalg.solve(factor, residuals))
         return np.concatenate(parts)
 
-    parameters = within_reach(SHAPE_MODELS[model], needle.length, max(each.depth for each in shapes))
+    parameters = within_reach(SHAPE_MODELS[model], needle.length, shapes)
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
     fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)

@@ -4,6 +4,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -116,10 +117,10 @@ NEAREST_GUIDE = 4e-3  # [m] by which a needle is at least longer than its insert
 _SURFACE_MARGIN = 5e-3  # [m] that the surface may lie before where depth counts from, without a needle out of reach
 
 
-def within_reach(parameters: Sequence[Parameter], length: float, deepest: float) -> tuple[Parameter, ...]:
-    """The parameters of a needle of a length [m] that is pushed in to a depth [m]: its guide is no farther away than
-    it reaches."""
-    room = length - deepest
+def within_reach(parameters: Sequence[Parameter], length: float, insertions: Sequence[Any]) -> tuple[Parameter, ...]:
+    """The parameters of a needle of a length [m] that was pushed in to the depths of insertions: its guide is no
+    farther away than it reaches."""
+    room = length - max(float(np.max(each.depth)) for each in insertions)
     farthest = max(room - _SURFACE_MARGIN, 0.5 * room)
     return tuple(replace(p, high=min(p.high, farthest)) if p.name == "guide_distance" else p for p in parameters)
 

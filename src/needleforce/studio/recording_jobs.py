@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Recordings that a page gives to the server: received in pieces up to a limit, identified by processes of their own of
-which few run at a time, and forgotten when others need the place or the server ends."""
+which few run at a time, and forgotten when others need the place or the server ends; and the routes for them."""
 
 import asyncio
 import re
@@ -9,7 +9,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import AsyncIterator
-from contextlib import suppress
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,10 @@ MAX_BYTES = 256 * 2**20  # of a recording
 MAX_RUNNING = 2  # processes at a time
 MAX_KEPT = 16  # recordings with their results
 UNFINISHED = ("waiting", "running")
+# a report has its own script and style inside, and may contain what a file contains: it can reach nothing
+REPORT_POLICY = (
+    "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+)
 
 
 @dataclass
@@ -124,3 +128,51 @@ def _safe(name: str) -> str:
     """The name of a file, of letters, digits and ``_ . -`` alone, for what the reader may learn from it."""
     plain = re.sub(r"[^\w.-]+", "_", Path(name).name, flags=re.ASCII)[-80:].lstrip(".-")
     return plain if plain not in ("", RESULT, REPORT) else f"recording_{plain}"
+
+
+def recording_routes() -> tuple[list[Any], Any]:
+    """The routes, and the context in which the server runs them: at its end processes and files are gone."""
+    from starlette.requests import ClientDisconnect
+    from starlette.responses import JSONResponse, PlainTextResponse, Response
+    from starlette.routing import Route
+
+    running: dict[str, RecordingJobs] = {}
+
+    @asynccontextmanager
+    async def lifespan(app: Any) -> Any:
+        running["jobs"] = RecordingJobs()
+        yield
+        await running["jobs"].close()
+
+    async def receive(request: Any) -> Any:
+        try:
+            key = await running["jobs"].receive(request.query_params.get("name", ""), request.stream())
+        except InputError as error:
+            return JSONResponse({"error": str(error)}, status_code=413)
+        except ClientDisconnect:  # the tab was closed: nobody reads the answer
+            return Response(status_code=400)
+        return JSONResponse({"key": key}, status_code=202)
+
+    async def one(request: Any) -> Any:
+        jobs = running["jobs"]
+        job = jobs.jobs.get(request.path_params["key"])
+        if job is None:
+            return JSONResponse({"error": "The server has no such recording any more."}, status_code=404)
+        if request.method == "DELETE":
+            jobs.cancel(job)
+        return Response(jobs.text(job), media_type="application/json", headers={"cache-control": "no-store"})
+
+    async def report(request: Any) -> Any:
+        jobs = running["jobs"]
+        job = jobs.jobs.get(request.path_params["key"])
+        page = None if job is None else jobs.report(job)
+        if page is None:
+            return PlainTextResponse("There is no such report.\n", status_code=404)
+        return Response(page, media_type="text/html", headers={"content-security-policy": REPORT_POLICY})
+
+    routes = [
+        Route("/recordings", receive, methods=["POST"]),
+        Route("/recordings/{key}", one, methods=["GET", "DELETE"]),
+        Route("/recordings/{key}/report", report, methods=["GET"]),
+    ]
+    return routes, lifespan
