@@ -43,7 +43,7 @@ class FlexibleInsertion : private ShapeInTissue<dimension, Axial> {
   FlexibleInsertion(const Axial& axial, const FlexibleSettings& settings) noexcept
       : Shape(axial, settings),
         valid_(axial.accepted() && !fault(settings)),
-        yields_(settings.beam.yields()),
+        yields_(valid_ && settings.beam.yields()),
         model_(number_of(axial, settings)) {}
 
   /// One cycle: the base is at `base`, `dt` [s] after the last call. Wait-free; the cost is bounded by

@@ -75,7 +75,7 @@ class TipInTissue {
                             to.roll - share * (to.roll - state_.base.roll), to.roll);
     const double left = 1.0 - std::exp(-cut / settings_.lengths.tip_memory);
     const double pays = 1.0 - std::exp(-cut / state_.path.spacing);
-    const double full = sample.lateral + layer_at(state_.reached).tip_force;
+    const double full = sample.lateral + tip_force_at(state_.reached);
     for (std::size_t d = 0; d < dimension; ++d) {
       state_.ahead[d] += left * (state_.path.front_place()[d] - state_.ahead[d]);
       state_.push[d] = full * state_.tip_load.share()[d];
@@ -154,6 +154,16 @@ class TipInTissue {
   }
   static double short_energy(const LateralLayer& layer, double offset) noexcept {
     return foundation_energy(layer.form, offset, layer.modulus, layer.scale);
+  }
+  /// That of the layers within half a spacing of the path: so the path, straight between its nodes, turns
+  /// where they meet.
+  double tip_force_at(double depth) const noexcept {
+    const BeamProperties& beam = settings_.beam;
+    double force = beam.layers[0].tip_force;
+    for (std::size_t i = 1; i < beam.layer_count; ++i)
+      force += (beam.layers[i].tip_force - beam.layers[i - 1].tip_force) *
+               std::clamp(0.5 + (depth - beam.layers[i].top) / state_.path.spacing, 0.0, 1.0);
+    return force;
   }
   const LateralLayer& layer_at(double depth) const noexcept {
     const BeamProperties& beam = settings_.beam;
