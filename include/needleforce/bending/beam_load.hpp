@@ -51,7 +51,7 @@ struct BeamProperties {
   std::array<LateralLayer, max_lateral_layers> layers{};
   std::size_t layer_count = 0;
   std::size_t elements = 40;
-  std::size_t max_iterations = 30;
+  std::size_t max_iterations = 60;
   double tolerance = 1e-11;  ///< largest change of a node in the last iteration [m]
 
   bool linear() const noexcept {
