@@ -206,8 +206,7 @@ class InsertionSearch:
     def falls(self) -> bool:
         """True where the force changes while the needle rests in the tissue, which only what relaxes does."""
         curve = self.curve
-        rests = curve.used & curve.rests & (curve.depth > curve.contact_depth)
-        at = np.flatnonzero(rests)
+        at = np.flatnonzero(curve.used & curve.rests & (curve.depth > curve.contact_depth))
         runs = [each[[1, -1]] for each in np.split(at, np.flatnonzero(np.diff(at) > 1) + 1) if len(each) > 2]
         still = [ends for ends in runs if np.ptp(curve.depth[ends]) <= curve.resolution]
         errors = [np.ptp(curve.force[ends]) / np.linalg.norm(1.0 / curve.weight[ends]) for ends in still]
@@ -292,7 +291,8 @@ class InsertionSearch:
         shared = [(friction * top / reach, cutting * top) for friction, cutting in _SHARES]
         straight = max(slope, 0.1 * span / reach), np.clip(level, 0.01 * span, span)
         for friction, cutting in [straight, *shared]:
-            known = np.full(layers, np.log(friction)), np.full(layers, cutting), [0.0, offset, curve.contact_depth]
+            last = [*[np.log(_SPRINGS[-1])] * self.sprung, 0.0, offset, curve.contact_depth]
+            known = np.full(layers, np.log(friction)), np.full(layers, cutting), last
             starts = [np.concatenate([np.full(k, factor), *known]) for factor in _FACTORS]
             yield from sorted(starts, key=self.cost)[:_LIKELIEST]
 
