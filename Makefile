@@ -8,8 +8,8 @@ CXX_SOURCES := $(shell find include bindings integrations tests examples benchma
 CORE := build/python
 CXX_TESTS := build/cpp
 CXX_SANITIZED := build/sanitized
-# every test in which one thread speaks to another
-THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp
+# every test in which threads share something, or must not
+THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp tests/cpp/one_thread.cpp
 # a line at least every five seconds
 WATCHED = $(PYTHON) tools/progress.py
 # Python keeps what it compiled, whatever the shell has set: otherwise a command takes four times as long, for each compiles every module again
@@ -28,7 +28,7 @@ ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
 .PHONY: help setup packages-and-core demo test test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
-        proof-fuzz fuzz wasm bench bench-full wheel try-wheel lint format docs reference clean
+        proof-fuzz fuzz wasm studio-static bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 14
@@ -104,7 +104,9 @@ test-cpp: .venv/.build-packages
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
 
+# where there is a clang, the tests use what the wheel takes
 test-python: setup .venv/.test-packages
+	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
 	@$(PYTHON_TESTS)
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
@@ -129,7 +131,7 @@ proof-symbols: .venv/.made
 
 # Long walks repeat, in an ordinary build, what the fuzzers do with the same sanitizers, faster, or what a shorter test does. With sanitizers they
 # are run a seventh a day.
-REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|EquilibriumOfEachNonlinear
+REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|OfAllAxes|EquilibriumOfEachNonlinear
 
 # Without a limit the compiler inlines, and then instruments again, what every test of every law calls: they take a sixth longer to compile.
 INLINED := -mllvm -inline-threshold=25 -mllvm -inlinehint-threshold=25 -Wno-unused-command-line-argument
@@ -158,9 +160,16 @@ proof-fuzz: proof-tools
 fuzz: proof-tools  ## MINUTES=10: the fuzzer alone, for longer
 	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh $$(($(MINUTES) * 60))
 
-wasm: .venv/.made  ## the core for WebAssembly and its module, in build/wasm
+# Where the studio looks for it: what is there goes into the source distribution and the wheels, so that a user needs no clang.
+WASM := src/needleforce/studio/core
+wasm: $(WASM)/needleforce.wasm  ## the core for WebAssembly and its module, in src/needleforce/studio/core
+
+$(WASM)/needleforce.wasm: $(shell find include bindings/c bindings/wasm -type f) | .venv/.made
 	@PYTHON=$(PYTHON) tools/system_packages.sh proof
-	@$(WATCHED) "WebAssembly" -- bindings/wasm/build.sh build/wasm
+	@$(WATCHED) "WebAssembly" -- bindings/wasm/build.sh $(WASM)
+
+studio-static: setup wasm  ## the studio's simulator as files for any web server, in build/studio
+	@$(BIN)/needleforce studio --static build/studio
 
 bench: setup .venv/.test-packages  ## the bars as ratios, measured in one run
 	@$(WATCHED) "packages to compare with" -- $(INSTALL) --requirement benchmarks/requirements.txt
@@ -170,12 +179,12 @@ bench-full: BENCH = --full
 bench-full: bench  ## the same with the full counts of recordings
 
 # PYTHONS="/usr/bin/python3.11 ..." names the Pythons, instead of those on the search path and of pyenv
-wheel: setup .venv/.wheel-packages  ## dist/: source distribution and wheels, audited, and tried with every Python here
+wheel: setup wasm .venv/.wheel-packages  ## dist/: source distribution and wheels, audited, and tried with every Python here
 	@$(WATCHED) "wheels" --show -- $(BIN)/python tools/make_wheels.py
 	@$(WATCHED) "trial of the wheels" --show -- $(BIN)/python tools/try_wheel.py dist/*.whl
 
 # one of the objects that are compiled already
-try-wheel: setup .venv/.test-packages
+try-wheel: setup wasm .venv/.test-packages
 	@$(WATCHED) "a wheel" -- $(BIN)/python tools/make_wheels.py --this
 	@$(WATCHED) "trial of the wheel" --show -- $(BIN)/python tools/try_wheel.py --this build/wheels/python/*.whl
 
@@ -202,4 +211,4 @@ reference: setup  ## FILE=values.json through the public names: name, expected, 
 	@$(BIN)/python tests/reference.py $(FILE)
 
 clean:  ## everything that was built, .venv included
-	@rm -rf .venv build demo dist docs/reference/laws $(addprefix docs/reference/,api.md commands.md needle_file.md presets.md) docs/tutorials/files docs/gallery/pictures src/needleforce/core src/needleforce/core.*
+	@rm -rf .venv build demo dist docs/reference/laws $(addprefix docs/reference/,api.md commands.md needle_file.md presets.md) docs/tutorials/files docs/gallery/pictures src/needleforce/studio/core src/needleforce/core src/needleforce/core.*

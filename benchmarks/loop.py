@@ -90,7 +90,8 @@ def energy(steps: int = 100_000):
     trials = printed("energy", steps)
     reserve = 1e3 * core.GuardSettings().initial_reserve
     for tissue in dict.fromkeys(trial["tissue"] for trial in trials):
-        least = {who: min(t[who]["least_mJ"] for t in trials if t["tissue"] == tissue) for who in GUARDED}
+        rows = [trial for trial in trials if trial["tissue"] == tissue]
+        least = {who: min(row[who]["least_mJ"] for row in rows) for who in GUARDED if who in rows[0]}
         shown = ", ".join(f"{who} {value:.3g}" for who, value in least.items())
         kept = least["guard"] >= -reserve * (1 + 1e-9)
         yield f"least energy put in, {tissue} (mJ)", shown, f">= -{reserve:g}, the reserve", kept

@@ -1,24 +1,32 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A sensor and an axis that lie, in their own process: a needle on an exact motion, random lies about it.
+"""A sensor and an axis that lie, in their own process or thread: a needle on an exact motion, random lies about it.
 
-The process owns the truth: where the needle is at every moment, and when it was ordered to stop. ``lies.py`` runs
+The rig owns the truth: where the needle is at every moment, and when it was ordered to stop. ``lies.py`` runs
 recorders against it. Every lie is drawn from a seed; a lie begins when the needle is as deep as ``begins``.
 """
 
+import bisect
+import dataclasses
 import math
+import multiprocessing
 import random
 import select
 import socket
+import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from multiprocessing.connection import Connection
+from pathlib import Path
 
 from needleforce.wire.axis_lines import AxisRange, AxisState, parse_command, range_line, state_line
 from needleforce.wire.net_ft import Command, Packet, SensorConfiguration, pack_record, unpack_request
 
 LIMITS = AxisRange(-0.02, 0.06, 0.05, 2.0)
-CONFIGURATION = SensorConfiguration(1e5, 1e6, 1000.0, "LIAR", (12.0, 12.0, 17.0, 0.12, 0.12, 0.12))
+CONFIGURATION = SensorConfiguration(1e5, 1e6, 500.0, "LIAR", (12.0, 12.0, 17.0, 0.12, 0.12, 0.12))
 START, STIFFNESS, NOISE = -2e-3, 300.0, 2e-3  # [m], [N/m], [N]
+PULL, STRETCH = 0.25, 0.2e-3  # [N] of friction on a needle that slides back, [m] over which it reverses
+BIAS = (0.1, 0.1, 0.3, 0.1, 0.1, 0.1)
 TICK = 2e-3
 
 # what the axis does: it obeys, or not
@@ -35,30 +43,37 @@ WORDS = [
     "honest", "honest", "idle always", "random condition", "velocity times 1000", "no answers", "answers all",
     "late states", "slow states", "flood of states", "flood of answers", "counter repeats", "counter falls",
     "depth times 3", "depth frozen", "depth jumps", "depth reversed", "garbage", "closes", "silent", "long line",
+    "depth late",
 ]  # fmt: skip
 # what the sensor sends
 SENSOR = [
     "honest", "honest", "honest", "frozen counter", "random counters", "faulty", "doubled", "frozen values", "silent",
     "huge datagrams", "flood of records", "restart", "wrong sizes", "half lost", "late", "saturated", "constant fifth",
-    "scale falls", "scale falls, noise stays", "zero falls",
+    "scale falls", "scale falls, noise stays", "zero falls", "any scale", "any scale, noise stays", "scale creeps",
+    "zero creeps", "noise grows", "lateral frozen", "page changes",
 ]  # fmt: skip
 UNUSABLE = {
     "frozen counter", "random counters", "faulty", "doubled", "frozen values", "silent", "restart", "saturated",
     "scale falls", "scale falls, noise stays", "zero falls",
 }  # fmt: skip
+CREEP_S = 0.5  # over which a scale or a zero creeps
 
 
 class LyingRig:
     """One run: ``plan`` names the lies; ``truth`` is filled while it runs."""
 
-    def __init__(self, seed: int):
+    def __init__(self, seed: int, page: Path):
         draw = self.draw = random.Random(seed)
         self.plan = {
             "deed": draw.choice(DEEDS), "words": draw.choice(WORDS), "sensor": draw.choice(SENSOR),
             "begins": draw.uniform(-1e-3, 6e-3), "limit": draw.choice([1.0, 5.0]),
             "rate": draw.choice([20.0, 60.0, 60.0, 250.0, 1000.0]),
+            "scale": draw.uniform(0.05, 1.0), "zero": draw.uniform(0.0, 3.0), "late": draw.uniform(0.05, 0.5),
         }  # fmt: skip
+        if self.plan["sensor"].startswith(("scale falls", "zero falls")):
+            self.plan |= {"scale": 0.1, "zero": 3.0}
         self.depth, self.speed, self.target = START, 0.0, None
+        self.deepest, self.page = START, page
         self.velocity = 0.0
         self.stopping = math.inf
         self.heard = math.inf
@@ -89,11 +104,19 @@ class LyingRig:
                 self.target, wanted = None, 0.0
         change = LIMITS.max_acceleration * step
         self.velocity += max(-change, min(change, wanted - self.velocity))
-        before, self.depth = self.depth, self.depth + self.velocity * step
+        before, self.depth = self.force, self.depth + self.velocity * step
+        self.deepest = max(self.deepest, self.depth)
         self.truth["track"].append((now, self.depth))
-        force = STIFFNESS * max(0.0, self.depth)
-        if force > self.plan["limit"] >= STIFFNESS * max(0.0, before) and self.truth["crossed"] == math.inf:
+        if self.force > self.plan["limit"] >= before and self.truth["crossed"] == math.inf:
             self.truth["crossed"] = now
+
+    @property
+    def force(self) -> float:
+        """The true force [N]: of a spring into the tissue, and of friction that reverses on the way back."""
+        if self.depth <= 0.0:
+            return 0.0
+        back = min((self.deepest - self.depth) / STRETCH, 1.0)
+        return STIFFNESS * self.deepest * (1.0 - back) - PULL * back
 
     def order(self, line: str, now: float) -> str:
         """Obey a line, or not; the answer."""
@@ -133,6 +156,8 @@ class LyingRig:
             depth *= 3.0
         elif words == "depth reversed":
             depth = 2.0 * self.plan["begins"] - depth
+        elif words == "depth late":
+            depth, velocity, condition = self._earlier(now - self.plan["late"])
         elif words == "depth jumps":
             depth += self.draw.choice([0.0, 5e-3, -5e-3])
         elif words == "depth frozen":
@@ -147,16 +172,21 @@ class LyingRig:
             return b"".join(line.replace(b"state %d " % number, b"state %d " % (number + k)) for k in range(3000))
         return b"ok alive\n" * 5000 + line if words == "flood of answers" else line
 
-    def datagrams(self, k: int) -> list[bytes]:
+    def _earlier(self, then: float) -> tuple[float, float, str]:
+        """Depth, speed and condition as they were."""
+        track = self.truth["track"]
+        k = max(bisect.bisect(track, (then, math.inf)) - 1, 1)
+        (first, start), (last, end) = track[k - 1], track[k]
+        velocity = (end - start) / max(last - first, 1e-9)
+        return end, velocity, "moving" if abs(velocity) > 1e-4 else "idle"
+
+    def datagrams(self, k: int, now: float) -> list[bytes]:
         """What the sensor sends instead of its record ``k``."""
         lie = self.plan["sensor"] if self.lying else "honest"
-        force = STIFFNESS * max(0.0, self.depth) + 0.3
-        true = [force if axis == 2 else 0.1 for axis in range(6)]
-        noise = [self.draw.gauss(0.0, NOISE * (0.1 if lie == "scale falls" else 1.0)) for _ in true]
-        if lie.startswith("scale falls"):
-            true = [0.1 * each for each in true]
-        true[2] -= 3.0 * (lie == "zero falls")
-        values = tuple(round(1e5 * (a + b)) for a, b in zip(true, noise))
+        values = self._counts(lie, min((now - self.truth["lie"]) / CREEP_S, 1.0) if "creeps" in lie else 1.0)
+        if lie == "page changes" and self.page:
+            self.page.write_bytes(dataclasses.replace(CONFIGURATION, counts_per_force=1e4).xml())
+            self.page = None
         honest = Packet(k, 7 * k & 0xFFFFFFFF, 0, values)
         before, self.last = self.last or honest, honest if lie == "honest" else self.last
         if lie == "frozen counter":
@@ -179,16 +209,28 @@ class LyingRig:
             return [pack_record(honest._replace(sequence=k + 50_000_000))]
         if lie == "wrong sizes":
             return [pack_record(honest), self.draw.randbytes(self.draw.randrange(100))]
+        if lie == "lateral frozen":
+            return [pack_record(honest._replace(counts=(before.counts[0], *values[1:])))]
         if lie == "constant fifth":
             return [pack_record(honest._replace(counts=(*values[:4], 0, values[5])))]
         return [pack_record(honest)]
 
+    def _counts(self, lie: str, share: float) -> tuple[int, ...]:
+        """The six readings, by a scale or a zero of which a ``share`` has fallen."""
+        scale, zero = self.plan["scale"], self.plan["zero"]
+        fallen = 1.0 - share * (1.0 - scale) * ("scale" in lie)
+        noisy = NOISE * {"scale falls, noise stays": 1.0, "any scale, noise stays": 1.0}.get(lie, fallen)
+        noisy *= 5.0 if lie == "noise grows" else 1.0
+        true = [fallen * (bias + self.force * (axis == 2)) for axis, bias in enumerate(BIAS)]
+        true[2] -= share * zero * lie.startswith("zero")
+        return tuple(round(1e5 * (each + self.draw.gauss(0.0, noisy))) for each in true)
+
 
 class Server:
-    """Sockets of one rig: it serves one recorder until that says on ``pipe`` that it has left."""
+    """Sockets of one rig: it serves one recorder until that has ``left``."""
 
-    def __init__(self, rig: LyingRig, pipe: Connection):
-        self.rig, self.pipe = rig, pipe
+    def __init__(self, rig: LyingRig, left: Callable[[], bool]):
+        self.rig, self.left = rig, left
         self.listener = socket.create_server(("127.0.0.1", 0))
         self.sensor = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.sensor.bind(("127.0.0.1", 0))
@@ -197,9 +239,14 @@ class Server:
         self.begun = self.due_state = self.before = time.monotonic()
         self.waiting: list[tuple[float, bytes]] = []
 
+    @property
+    def ports(self) -> tuple[int, int]:
+        """Those of sensor and axis."""
+        return self.sensor.getsockname()[1], self.listener.getsockname()[1]
+
     def run(self) -> None:
         """Serve, every two milliseconds."""
-        while not self.pipe.poll():
+        while not self.left():
             open_sockets = [each for each in (self.sensor, self.listener, self.axis) if each is not None]
             ready = select.select(open_sockets, [], [], TICK)[0]
             now = time.monotonic()
@@ -231,7 +278,7 @@ class Server:
         while self.client and self.rig.sent < (now - self.begun) * CONFIGURATION.rate:
             self.rig.sent += 1
             delay = self.rig.draw.uniform(0.0, 0.1) if self.rig.lying and self.rig.plan["sensor"] == "late" else 0.0
-            self.waiting += [(now + delay, data) for data in self.rig.datagrams(self.rig.sent) if data]
+            self.waiting += [(now + delay, data) for data in self.rig.datagrams(self.rig.sent, now) if data]
         for due, data in self.waiting:
             if due <= now and self.client:
                 with suppress(OSError):
@@ -280,11 +327,47 @@ class Server:
         self.axis = self.listener = None
 
 
-def serve(pipe: Connection) -> None:
-    """Answer each seed on ``pipe`` with the ports, and, when the recorder has left, with the truth."""
-    while (seed := pipe.recv()) is not None:
-        server = Server(LyingRig(seed), pipe)
-        pipe.send((server.sensor.getsockname()[1], server.listener.getsockname()[1]))
+class RigInProcess:
+    """Rigs one after the other in a process of their own, on the computer's clock."""
+
+    def __init__(self):
+        self._pipe, theirs = multiprocessing.Pipe()
+        multiprocessing.Process(target=_serve, args=(theirs,), daemon=True).start()
+
+    def begin(self, seed: int, page: Path) -> tuple[int, int]:
+        """The ports of sensor and axis of the rig of a ``seed``, which may write a new ``page``."""
+        self._pipe.send((seed, page))
+        return self._pipe.recv()
+
+    def end(self) -> tuple[dict, dict]:
+        """Plan and truth of the rig, when its recorder has left."""
+        self._pipe.send("left")
+        return self._pipe.recv()
+
+
+def _serve(pipe: Connection) -> None:
+    while True:
+        seed, page = pipe.recv()
+        server = Server(LyingRig(seed, page), pipe.poll)
+        pipe.send(server.ports)
         server.run()
         pipe.recv()
         pipe.send((server.rig.plan, server.rig.truth))
+
+
+class RigInThread:
+    """The same in a thread, for a clock of this program."""
+
+    def begin(self, seed: int, page: Path) -> tuple[int, int]:
+        """As ``RigInProcess.begin``."""
+        self._left = threading.Event()
+        self._server = Server(LyingRig(seed, page), self._left.is_set)
+        self._thread = threading.Thread(target=self._server.run)
+        self._thread.start()
+        return self._server.ports
+
+    def end(self) -> tuple[dict, dict]:
+        """As ``RigInProcess.end``."""
+        self._left.set()
+        self._thread.join()
+        return self._server.rig.plan, self._server.rig.truth

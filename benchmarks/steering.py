@@ -92,25 +92,23 @@ class HeldOut:
     def predicted(cls, fit, training, path):
         tips = {by: fit.predict(path, by=by)[:, :2] for by in ("unicycle", "bicycle", "regression", "mechanics")}
         tips["unicycle, exact kinematics"] = unicycle(training, path)
-        for simple in ("bicycle", "regression"):
-            weight = fit.model.predictor.weight_with(simple)
-            tips[JOINED + simple] = weight * tips["mechanics"] + (1.0 - weight) * tips[simple]
+        tips[JOINED] = fit.predict(path)[:, :2]
         return cls(path, {by: tip - path.tip[:, :2] for by, tip in tips.items()}, fit.model.predictor)
 
     def ratio(self, by):
         """Mean square of the errors over the expected one, before it is scaled."""
-        sd = self.predictor.uncertainty(self.path) / self.predictor.error_scale
+        sd = self.predictor.uncertainty(self.path) / self.predictor.error_scale()
         return np.mean(self.errors[by] ** 2 / (sd**2 + path_prediction.POSITION_NOISE**2)[:, None])
 
     def covered(self, by):
         """Share of the readings in the 95 % interval, with 0.2 mm of noise of a reading."""
-        self.predictor.__dict__.pop("error_scale", None)
-        sd = np.hypot(self.predictor.uncertainty(self.path), path_prediction.POSITION_NOISE)
+        sd = self.predictor.uncertainty(self.path, weight=1.0 if by == "mechanics" else None)
+        sd = np.hypot(sd, path_prediction.POSITION_NOISE)
         return np.mean(np.abs(self.errors[by]) < 1.96 * sd[:, None])
 
 
-JOINED = "mechanics and "
-COMBINED = ("mechanics", JOINED + "bicycle", JOINED + "regression")
+JOINED = "mechanics and regression"
+COMBINED = ("mechanics", JOINED)
 
 
 def held_out(unsteered, steered, model, full, console):
@@ -147,7 +145,7 @@ def main(file, model, full):
     groups = tissues(nf.steering.read(file))
     found = {name: held_out(*group, model, full, console) for name, group in groups.items() if len(group[1]) > 1}
     for gels in sorted({gel(name) for name in found}):
-        ratios = [each.ratio(JOINED + "regression") for name in found if gel(name) == gels for each in found[name]]
+        ratios = [each.ratio(JOINED) for name in found if gel(name) == gels for each in found[name]]
         console.print(f"{gels}: mean square of the errors over the expected one {np.mean(ratios):.2f}")
     for tissue in found:
         for by, (sizes, coverage) in judged(tissue, found).items():

@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 import contextlib
 import inspect
+import os
+import shutil
 import signal
+import subprocess
+import time
 from pathlib import Path
 
 import progress_lines
@@ -108,3 +112,28 @@ def recordings() -> Path:
 @pytest.fixture(scope="session")
 def root() -> Path:
     return ROOT
+
+
+@pytest.fixture(scope="session")
+def wasm(root, tmp_path_factory) -> Path:
+    """The folder with needleforce.mjs and the core for WebAssembly: that of ``make wasm`` if it is of these sources,
+    else one that one process of a run compiles."""
+    missing = [tool for tool in ("clang++-19", "node") if shutil.which(tool) is None]
+    if missing:
+        pytest.skip(f"no {' and no '.join(missing)}: tools/system_packages.sh proof installs what WebAssembly needs")
+    if subprocess.run(["make", "--question", "--silent", "wasm"], cwd=root, capture_output=True).returncode == 0:
+        return root / "src" / "needleforce" / "studio" / "core"
+    own = tmp_path_factory.getbasetemp()
+    of_run = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    folder = of_run / "wasm"
+    try:
+        (of_run / "wasm_begun").mkdir()
+    except FileExistsError:
+        for _ in range(600):
+            if folder.exists():
+                return folder
+            time.sleep(0.2)
+        pytest.fail("the process that compiles for WebAssembly does not end")
+    subprocess.run([root / "bindings" / "wasm" / "build.sh", own / "wasm_compiled"], check=True)
+    (own / "wasm_compiled").rename(folder)
+    return folder

@@ -52,14 +52,14 @@ def clamped_tip(given):
 
 @computes("winkler", r"^P - int_0\^L K y dx", "P", "L")
 def clamped_shear(given):
-    return beam.clamp_force(*beam_of(given), given["L"])
+    return closed_forms.clamp_force(*beam_of(given), given["L"])
 
 
 @computes("nonlinear_foundation", r"k3 y\^3=0", "k3", "L", "P")
 @computes("beam", r"k3 y\^3=0", "k3", "L", "P")
 def cubic_tip(given):
     scale = math.sqrt(modulus(given) / given["k3"])
-    return beam.beam_deflection(*beam_of(given), given["L"], form="cubic", scale=scale)[1][0]
+    return closed_forms.cubic_deflection(*beam_of(given), given["L"], scale)
 
 
 @computes("path_attached_beam", r"^Y\(s\)=2Pb/K \(1\+2 b s\+b\^2 s\^2\)", "P", "s")
@@ -74,7 +74,7 @@ def curvature(given):
 
 @computes("path_attached_beam", r"P/sqrt\(K EI\)$", "P")
 def lag(given):
-    return beam.steady_tip_lag(*beam_of(given))
+    return closed_forms.steady_tip_lag(*beam_of(given))
 
 
 @computes("path_attached_beam", r"max \|EI\(kappa\+w''\)\|", "P")
@@ -85,13 +85,13 @@ def moment(given):
 @computes("path_attached_beam", r"^P\(s\)=P0 \(s/l\)\^3", "P", "l", "s")
 def cubic_ramp(given):
     ramp = lambda s: given["P"] * (s / given["l"]) ** 3  # noqa: E731
-    return beam.tip_path(given["s"], stiffness(given), modulus(given), ramp)[0]
+    return closed_forms.tip_path(given["s"], stiffness(given), modulus(given), ramp)
 
 
 @computes("path_attached_beam", r"^P=P0\(1-exp\(-s/lb\)\)", "P", "lb", "s")
 def build_up(given):
     force = lambda s: given["P"] * (1.0 - np.exp(-s / given["lb"]))  # noqa: E731
-    return beam.tip_path(given["s"], stiffness(given), modulus(given), force)[0]
+    return closed_forms.tip_path(given["s"], stiffness(given), modulus(given), force)
 
 
 @computes("guided_insertion", r"Volterra|^Y\(a\)=P\(a\)phi_a", "EI", "guide", "layers", "P0", "lb", "a")

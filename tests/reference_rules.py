@@ -12,7 +12,6 @@ import numpy as np
 import needleforce as nf
 from needleforce import bench_tests
 from needleforce.identification import models
-from needleforce.mechanics.buckling import tube_of_equal_stiffness
 from needleforce.mechanics.foundation import READINGS
 
 PAPER = {"D": 0.7e-3, "E_n": 14.1e9, "E_s": 116e3, "F": 0.2101, "h": 3.237e-3, "alpha_deg": 15.0, "R": 0.35e-3,
@@ -297,7 +296,8 @@ def buckling_pinned(given):
 
 @computes("needle", r"\(D\^4-64 EI/\(pi E\)\)", "E_steel", "D")
 def tube(given):
-    return tube_of_equal_stiffness(nf.Needle(given["D"], 0.0, 0.08, PAPER["E_n"]), given["E_steel"])
+    solid = nf.Needle(given["D"], 0.0, 0.08, PAPER["E_n"])
+    return (given["D"] ** 4 - 64.0 * solid.bending_stiffness / (math.pi * given["E_steel"])) ** 0.25
 
 
 @computes("winkler", r"^\(64 pi\^3 E_s/E_n\)", "E_s", "E_n")

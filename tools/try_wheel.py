@@ -143,6 +143,15 @@ def presets(at: Environment) -> None:
         raise Failed(f"presets that are not found: {missing}")
 
 
+def studio(at: Environment) -> None:
+    """The page with the core for WebAssembly, as files."""
+    at.says("needleforce", "studio", "--static", "page")
+    if missing := {"index.html", "core/needleforce.wasm"} - {
+        each.relative_to(at.folder / "page").as_posix() for each in (at.folder / "page").rglob("*")
+    }:
+        raise Failed(f"the studio lacks {missing}")
+
+
 def demo(at: Environment) -> None:
     """The paper's experiment."""
     at.says("needleforce", "demo", "--out", "demo")
@@ -154,7 +163,7 @@ def types(at: Environment) -> None:
     at.checked("pyright", "--pythonpath", at.python, "first.py")
 
 
-QUICK: tuple[Callable[[Environment], None], ...] = (example, identify, inspect, presets)
+QUICK: tuple[Callable[[Environment], None], ...] = (example, identify, inspect, presets, studio)
 
 
 def tried(python: Path, wheel: Path, steps: tuple[Callable[[Environment], None], ...], lent: Path | None = None) -> str:

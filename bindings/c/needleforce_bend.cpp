@@ -6,30 +6,17 @@
 #include <cstring>
 #include <new>
 #include <type_traits>
-#include <variant>
 
-#include "in_memory.hpp"
-#include "needleforce/solid/bent_in_solid.hpp"
+#include "bend_in_memory.hpp"
 
 using namespace needleforce;
 using bending::LateralLayer;
 using InLayers = bending::SpatialInsertion;
 using InSolid = solid::BentInSolid<2>;
 
-struct nf_bend {
-  std::variant<InLayers, InSolid> needle;
-};
-
 namespace {
 
 constexpr std::size_t snapshot_size = std::max(sizeof(InLayers::Saved), sizeof(InSolid::Saved));
-
-/// Calls `f` with the needle of whichever kind.
-template <class Bend, class F>
-auto with(Bend* self, F f) noexcept {
-  auto* in_layers = std::get_if<InLayers>(&self->needle);
-  return in_layers ? f(*in_layers) : f(*std::get_if<InSolid>(&self->needle));
-}
 
 bool read_form(const char* form, LateralLayer& layer, nf_fault& why) noexcept {
   layer.form = FoundationForm::linear;
@@ -125,23 +112,13 @@ nf_bend* nf_bend_init_in_solid(void* memory, size_t size, const nf_solid* axial,
 }
 
 void nf_bend_step(nf_bend* self, const nf_base* base, double dt, nf_bent* out) {
-  const bending::Base at{
-      base->depth, {base->lateral[0], base->lateral[1]}, {base->tilt[0], base->tilt[1]}, base->roll};
-  const bending::BentSample s = with(self, [&](auto& needle) noexcept { return needle.step(at, dt); });
-  std::copy(s.tip.begin(), s.tip.end(), out->tip);
-  std::copy(s.tangent.begin(), s.tangent.end(), out->tangent);
-  std::copy(s.wrench.begin(), s.wrench.end(), out->wrench);
-  out->force = s.force;
-  out->lateral = s.lateral;
-  out->unsupported = s.unsupported;
-  out->axial = c::plain(s.axial);
-  out->status = int(s.status);
-  out->buckled = s.buckled;
+  *out = c::plain(
+      c::with(self->needle, [&](auto& needle) noexcept { return needle.step(c::base_of(*base), dt); }));
 }
 
 size_t nf_bend_shape(const nf_bend* self, double* points, size_t count) {
   std::size_t n = 0;
-  with(self, [&](const auto& needle) noexcept {
+  c::with(self->needle, [&](const auto& needle) noexcept {
     needle.shape([&](const bending::Vector& point) noexcept {
       if (n++ < count) points = std::copy(point.begin(), point.end(), points);
     });
@@ -150,14 +127,14 @@ size_t nf_bend_shape(const nf_bend* self, double* points, size_t count) {
 }
 
 void nf_bend_reset(nf_bend* self) {
-  with(self, [](auto& needle) noexcept { needle.reset(); });
+  c::with(self->needle, [](auto& needle) noexcept { needle.reset(); });
 }
 
 size_t nf_bend_snapshot_size(void) { return snapshot_size; }
 
 int nf_bend_snapshot(const nf_bend* self, void* bytes, size_t size) {
   if (!bytes || size < snapshot_size) return 0;
-  with(self, [&](const auto& needle) noexcept {
+  c::with(self->needle, [&](const auto& needle) noexcept {
     const auto saved = needle.save();
     std::memset(bytes, 0, snapshot_size);
     std::memcpy(bytes, &saved, sizeof saved);
@@ -167,7 +144,7 @@ int nf_bend_snapshot(const nf_bend* self, void* bytes, size_t size) {
 
 int nf_bend_restore(nf_bend* self, const void* bytes, size_t size) {
   if (!bytes || size < snapshot_size) return 0;
-  return with(self, [&](auto& needle) noexcept {
+  return c::with(self->needle, [&](auto& needle) noexcept {
     typename std::remove_cvref_t<decltype(needle)>::Saved saved;
     std::memcpy(&saved, bytes, sizeof saved);
     const auto* all = static_cast<const unsigned char*>(bytes);

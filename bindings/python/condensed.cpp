@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nanobind/stl/optional.h>
 
-#include <cstring>
 #include <optional>
 #include <string>
 #include <vector>
@@ -10,6 +9,7 @@
 #include "module.hpp"
 #include "needleforce/solid/condensed_insertion.hpp"
 #include "one_thread.hpp"
+#include "saved_bytes.hpp"
 
 namespace needleforce::python {
 
@@ -75,21 +75,6 @@ Output at_nodes(const CondensedInsertion& self, Value value) {
   return array;
 }
 
-nb::bytes saved_bytes(const CondensedInsertion& self) {
-  const CondensedInsertion::Saved saved = self.save();
-  return nb::bytes(&saved, sizeof saved);
-}
-
-void restore_bytes(CondensedInsertion& self, const nb::bytes& bytes) {
-  CondensedInsertion::Saved saved;
-  const bool fits = bytes.size() == sizeof saved;
-  if (fits) std::memcpy(&saved, bytes.data(), sizeof saved);
-  if (!fits || !self.restore(saved))
-    raise_input("snapshot", nb::str((std::to_string(bytes.size()) + " bytes").c_str()),
-                "not of this version, tissue and model, or altered",
-                "Give what save() of an insertion into the same tissue gave.");
-}
-
 }  // namespace
 
 void bind_condensed(nb::module_& module) {
@@ -127,9 +112,14 @@ void bind_condensed(nb::module_& module) {
       .def(
           "restore", [](CondensedInsertion& self, const CondensedInsertion& saved) { self = saved; },
           nb::arg("snapshot"), "Back to a snapshot, state and model.")
-      .def("save", &saved_bytes, "The memory alone, as bytes that any process may keep.")
+      .def("save", &saved_bytes<CondensedInsertion>, "The memory alone, as bytes that any process may keep.")
       .def(
-          "restore", &restore_bytes, nb::arg("snapshot"),
+          "restore",
+          [](CondensedInsertion& self, const nb::bytes& bytes) {
+            restore_bytes(self, bytes, "not of this version, tissue and model, or altered",
+                          "Give what save() of an insertion into the same tissue gave.");
+          },
+          nb::arg("snapshot"),
           "The memory from bytes of save(); raises InputError for those of another version, tissue or model, "
           "or altered ones.")
       .def_prop_ro(

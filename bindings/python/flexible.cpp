@@ -7,8 +7,6 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
-#include <cstring>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,6 +15,7 @@
 #include "needleforce/solid/bent_in_solid.hpp"
 #include "one_thread.hpp"
 #include "parameters.hpp"
+#include "saved_bytes.hpp"
 
 namespace needleforce::python {
 
@@ -121,23 +120,6 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> path(const Bent<dimension, Axial>& s
   return array;
 }
 
-template <std::size_t dimension, class Axial>
-nb::bytes saved_bytes(const Bent<dimension, Axial>& self) {
-  const auto saved = std::make_unique<typename Bent<dimension, Axial>::Saved>(self.save());
-  return nb::bytes(saved.get(), sizeof *saved);
-}
-
-template <std::size_t dimension, class Axial>
-void restore_bytes(Bent<dimension, Axial>& self, const nb::bytes& bytes) {
-  const auto saved = std::make_unique<typename Bent<dimension, Axial>::Saved>();
-  const bool fits = bytes.size() == sizeof *saved;
-  if (fits) std::memcpy(saved.get(), bytes.data(), sizeof *saved);
-  if (!fits || !self.restore(*saved))
-    raise_input("snapshot", nb::str((std::to_string(bytes.size()) + " bytes").c_str()),
-                "not of this version, this model and these settings, or altered",
-                "Give what save() of a FlexibleInsertion with the same model and settings gave.");
-}
-
 template <std::size_t n>
 Output as_array(const std::array<double, n>& values) {
   double* data;
@@ -201,10 +183,16 @@ void bind_flexible(nb::module_& module, const char* name, const char* doc) {
       .def(
           "restore", [](Self& self, const Self& saved) { self = saved; }, nb::arg("snapshot"),
           "Back to a snapshot, state and model.")
-      .def("save", &saved_bytes<dimension, Axial>, "The memory alone, as bytes that any process may keep.")
-      .def("restore", &restore_bytes<dimension, Axial>, nb::arg("snapshot"),
-           "The memory from bytes of save(); raises InputError for those of another version, model or "
-           "settings, or altered ones.");
+      .def("save", &saved_bytes<Self>, "The memory alone, as bytes that any process may keep.")
+      .def(
+          "restore",
+          [](Self& self, const nb::bytes& bytes) {
+            restore_bytes(self, bytes, "not of this version, this model and these settings, or altered",
+                          "Give what save() of a FlexibleInsertion with the same model and settings gave.");
+          },
+          nb::arg("snapshot"),
+          "The memory from bytes of save(); raises InputError for those of another version, model or "
+          "settings, or altered ones.");
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
-#include <cstring>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,6 +16,7 @@
 #include "needleforce/sliding.hpp"
 #include "one_thread.hpp"
 #include "parameters.hpp"
+#include "saved_bytes.hpp"
 #include "sliding_force.hpp"
 
 namespace needleforce::python {
@@ -100,21 +100,6 @@ void bind_sample(nb::module_& module) {
       });
 }
 
-nb::bytes saved_bytes(const Insertion& self) {
-  const Insertion::Saved saved = self.save();
-  return nb::bytes(&saved, sizeof saved);
-}
-
-void restore_bytes(Insertion& self, const nb::bytes& bytes) {
-  Insertion::Saved saved;
-  const bool fits = bytes.size() == sizeof saved;
-  if (fits) std::memcpy(&saved, bytes.data(), sizeof saved);
-  if (!fits || !self.restore(saved))
-    raise_input("snapshot", nb::str((std::to_string(bytes.size()) + " bytes").c_str()),
-                "not of this version and this model, or altered",
-                "Give what save() of an insertion of the same model gave.");
-}
-
 void sliding_force_of(const Model& self, const Values& depth, const std::optional<Values>& velocity,
                       nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu> out) {
   if (velocity) require_length(*velocity, depth.shape(0), "velocity");
@@ -182,10 +167,16 @@ void bind_insertion(nb::module_& module) {
       .def(
           "restore", [](Insertion& self, const Insertion& saved) { self = saved; }, nb::arg("snapshot"),
           "Back to a snapshot, state and model.")
-      .def("save", &saved_bytes, "The memory alone, as bytes that any process may keep.")
-      .def("restore", &restore_bytes, nb::arg("snapshot"),
-           "The memory from bytes of save(); raises InputError for those of another version or model, or "
-           "altered ones.")
+      .def("save", &saved_bytes<Insertion>, "The memory alone, as bytes that any process may keep.")
+      .def(
+          "restore",
+          [](Insertion& self, const nb::bytes& bytes) {
+            restore_bytes(self, bytes, "not of this version and this model, or altered",
+                          "Give what save() of an insertion of the same model gave.");
+          },
+          nb::arg("snapshot"),
+          "The memory from bytes of save(); raises InputError for those of another version or model, or "
+          "altered ones.")
       .def_prop_ro("deepest_cut", &Insertion::deepest_cut, "[m], 0 before the puncture")
       .def_prop_ro("pierced_layers", &Insertion::pierced_layers, "how many, from the surface down");
 }

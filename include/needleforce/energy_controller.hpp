@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The energy that a user has put into a force held over each cycle, and the force that this energy allows.
+// The energy that a user has put into forces held over each cycle, and the forces that this energy allows.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
@@ -15,7 +16,8 @@
 
 namespace needleforce {
 
-/// Energy observer and passivity controller for a force that is held over each cycle.
+/// Energy observer and passivity controller for forces that are held over each cycle, one for each axis along
+/// which the device moves: depth, lateral position, tilt, roll. Of one axis:
 ///
 /// Cycle k emits f_k (+ opposes inward motion), held until cycle k+1; the device is then at x_k. The user
 /// puts in
@@ -35,6 +37,10 @@ namespace needleforce {
 /// induction the user never takes out more than was put in plus E_0. The bound holds between samples too: the
 /// travel against f since the last sample is at most w too, as v T and the parabola of a bound it there.
 ///
+/// Of several axes E and every sum above is that over the axes too, each with its own v, a, u and w: what was
+/// put in along one may come back along another. What L leaves is divided among the axes by what each asks
+/// for, |f_k| w_k, so that their forces keep their direction.
+///
 /// The mean speed u needs a clock and a travel that can be believed: a time of no less than a tenth of T, a
 /// speed of no more than v, and none that contradicts the one before. A cycle whose clock failed took any
 /// time up to T, and so may each of those that were measured together; where nothing is known of their speed,
@@ -50,29 +56,39 @@ namespace needleforce {
 /// possible travel. Dissipation raises the reserve without bound, and with it what an active tissue could
 /// return at once: `max_reserve` caps it. A first contact needs E_0, or a speed that `max_acceleration`
 /// cannot reverse in time. Wait-free, trivially copyable.
+template <std::size_t axes = 1>
 class EnergyController {
  public:
+  using Values = std::array<double, axes>;
+
   EnergyController() = default;
   explicit EnergyController(const GuardSettings& settings) noexcept
       : settings_(settings), delay_(static_cast<int>(settings.delay)), reserve_(settings.initial_reserve) {}
 
-  /// The force [N] to hold until the next call, no further from zero than `wanted`. `depth` [m] of the device
-  /// as measured now, NaN where it was not; `dt` [s] since the last call, NaN if unknown. Wait-free.
-  double limit(double wanted, double depth, double dt) noexcept {
+  /// The forces [N, N m] to hold until the next call, no further from zero than `wanted`. `places` [m, rad]
+  /// of the device as measured now, NaN where they were not; `dt` [s] since the last call, NaN if unknown.
+  /// Wait-free.
+  Values limit(const Values& wanted, const Values& places, double dt) noexcept {
     const double usual = settings_.longest_cycle;
     const bool timed = dt > 0.0 && dt <= longest, regular = timed && dt <= rounding * usual;
     outside_ = settings_.limits_energy() && timed && !regular;
     unpaired_ = regular || cycle_ == 0 ? std::max(0, unpaired_ - 1) : delay_;
     at(1).length = timed && dt > shortest * usual ? dt : 0.0;
     awaited_.add(at(delay_ + 1), time_at_most(at(delay_ + 1)));
-    const bool settles = depth == depth && unpaired_ == 0;
-    if (settles) measured(depth);
+    const bool settles = all_known(places) && unpaired_ == 0;
+    if (settles) measured(places);
     if (outside_) exceeded_ = delay_ + 1;
-    const double before = at(1).force, force = bounded(wanted, std::abs(before), settles);
-    reserve_ -= settings_.position_error * std::abs(force - before);
+    const Values before = at(1).force, force = bounded(wanted, before, settles);
+    for (std::size_t i = 0; i < axes; ++i) reserve_ -= settings_.error(i) * std::abs(force[i] - before[i]);
     at(0) = {force, 0.0};
     ++cycle_;
     return force;
+  }
+  /// The same along one axis. Wait-free.
+  double limit(double wanted, double depth, double dt) noexcept
+    requires(axes == 1)
+  {
+    return limit(Values{wanted}, Values{depth}, dt)[0];
   }
 
   /// Energy [J] that the user has put in so far minus the energy taken out, as measured.
@@ -84,58 +100,82 @@ class EnergyController {
   bool outside_bounds() const noexcept { return outside_; }
 
  private:
-  struct HeldForce {
-    double force = 0.0;
+  struct Held {
+    Values force{};
     double length = 0.0;  // [s], 0 if unknown: at most that of the longest cycle
   };
   /// Intervals whose end should have been measured by now.
   struct Awaited {
     int count = 0;
-    double low = 0.0, high = 0.0, impulse = 0.0, length = 0.0, time = 0.0;
-    void add(const HeldForce& held, double time_at_most) noexcept {
-      low = count ? std::min(low, held.force) : held.force;
-      high = count ? std::max(high, held.force) : held.force;
-      impulse += std::abs(held.force) * time_at_most;
+    Values low{}, high{}, impulse{};
+    double length = 0.0, time = 0.0;
+    void add(const Held& held, double time_at_most) noexcept {
+      for (std::size_t i = 0; i < axes; ++i) {
+        low[i] = count ? std::min(low[i], held.force[i]) : held.force[i];
+        high[i] = count ? std::max(high[i], held.force[i]) : held.force[i];
+        impulse[i] += std::abs(held.force[i]) * time_at_most;
+      }
       length += held.length;
       time += time_at_most;
       count = std::min(count + 1, 1 << 30);
     }
   };
+  /// The last mean speed known along an axis.
+  struct Speed {
+    double low = 0.0, high = 0.0;
+    double length = 0.0;  // the time [s] over which it is the mean; 0: none is known
+    double gap = 0.0;     // time at most that was settled since [s]
+    bool agrees = true;   // with the one before
+    bool predicts = false;
+  };
+
+  static bool all_known(const Values& places) noexcept {
+    for (const double place : places)
+      if (!(place == place)) return false;
+    return true;
+  }
 
   /// The interval that began `ago` calls before the one now under way.
-  HeldForce& at(int ago) noexcept { return held_[(cycle_ - static_cast<std::uint64_t>(ago)) % held_.size()]; }
-  double time_at_most(const HeldForce& held) const noexcept {
+  Held& at(int ago) noexcept { return held_[(cycle_ - static_cast<std::uint64_t>(ago)) % held_.size()]; }
+  double time_at_most(const Held& held) const noexcept {
     return std::max(settings_.longest_cycle, held.length);
   }
-  double farthest_of(int intervals) const noexcept {
-    return settings_.max_speed * settings_.longest_cycle * intervals;
-  }
 
-  void measured(double depth) noexcept {
-    if (seen_) settle(depth);
-    depth_ = depth;
+  void measured(const Values& places) noexcept {
+    if (seen_) settle(places);
+    places_ = places;
     seen_ = true;
     awaited_ = {};
   }
 
-  void settle(double depth) noexcept {
-    const double travel = depth - depth_, middle = 0.5 * (awaited_.low + awaited_.high);
+  void settle(const Values& places) noexcept {
+    double reserve = reserve_;
+    for (std::size_t i = 0; i < axes; ++i) reserve = settled(i, places[i], reserve);
+    if (settings_.limits_energy()) reserve_ = std::min(reserve, settings_.max_reserve);
+  }
+
+  /// The reserve with what came in along an axis.
+  double settled(std::size_t i, double place, double reserve) noexcept {
+    const double travel = place - places_[i], middle = 0.5 * (awaited_.low[i] + awaited_.high[i]);
     energy_ += middle * travel;
-    if (!settings_.limits_energy()) return;
-    const double way = settings_.max_speed * awaited_.time, spread = 0.5 * (awaited_.high - awaited_.low);
-    outside_ |= std::abs(travel) > rounding * way + 2.0 * settings_.position_error;
+    if (!settings_.limits_energy()) return reserve;
+    const double way = settings_.speed(i) * awaited_.time,
+                 spread = 0.5 * (awaited_.high[i] - awaited_.low[i]);
+    outside_ |= std::abs(travel) > rounding * way + 2.0 * settings_.error(i);
     // a jump of the sensor must not add energy that no user can put in
-    const double credible = farthest_of(awaited_.count);
+    const double credible = settings_.speed(i) * settings_.longest_cycle * awaited_.count;
     const double earned = std::min(middle * travel, middle * std::clamp(travel, -credible, credible));
-    reserve_ = std::min(reserve_ + earned - spread * std::max(way, std::abs(travel)), settings_.max_reserve);
-    // also where rounding is all that the depths differ by
-    const double resolution = std::numeric_limits<double>::epsilon() * (std::abs(depth) + std::abs(depth_));
-    look_at_speed(travel, 2.0 * settings_.position_error + resolution);
+    // also where rounding is all that the places differ by
+    const double resolution =
+        std::numeric_limits<double>::epsilon() * (std::abs(place) + std::abs(places_[i]));
+    look_at_speed(i, travel, 2.0 * settings_.error(i) + resolution);
+    return reserve + earned - spread * std::max(way, std::abs(travel));
   }
 
   /// The mean speed over what was settled. Where several intervals were measured together, no travel of each
   /// contradicts a clock that reports too little: each may have taken as long as it can.
-  void look_at_speed(double travel, double travel_error) noexcept {
+  void look_at_speed(std::size_t i, double travel, double travel_error) noexcept {
+    Speed& known = speeds_[i];
     const double length = awaited_.length;
     const bool timed = length > 0.0;
     const double whole = timed && awaited_.count == 1 ? length : awaited_.time;
@@ -143,66 +183,98 @@ class EnergyController {
     const double least = travel / whole, most = timed ? travel / length : any;
     const double error = travel_error / (timed ? length : whole);
     const double low = std::min(least, most) - error, high = std::max(least, most) + error;
-    const double apart = rounding * settings_.max_acceleration * (0.5 * (length_ + whole) + gap_);
-    const bool possible = std::abs(least) <= rounding * settings_.max_speed + error;
-    const bool follows = possible && !(length_ > 0.0 && (low > high_ + apart || high < low_ - apart));
+    const double apart = rounding * settings_.acceleration(i) * (0.5 * (known.length + whole) + known.gap);
+    const bool possible = std::abs(least) <= rounding * settings_.speed(i) + error;
+    const bool contradicts = known.length > 0.0 && (low > known.high + apart || high < known.low - apart);
+    const bool follows = possible && !contradicts;
     outside_ |= !follows;
-    gap_ += awaited_.time;
-    if (timed && possible && error <= settings_.max_speed)
-      low_ = low, high_ = high, length_ = whole, gap_ = 0.0, agrees_ = follows;
+    known.gap += awaited_.time;
+    if (timed && possible && error <= settings_.speed(i))
+      known = {low, high, whole, 0.0, follows, known.predicts};
     else if (!follows)
-      length_ = 0.0;
+      known.length = 0.0;
   }
 
   /// True if the last mean speed that is known bounds those of all intervals that follow.
-  bool bounded_by_acceleration() const noexcept {
-    return settings_.max_acceleration < unlimited && length_ > 0.0 && agrees_ && unpaired_ == 0 &&
-           awaited_.time <= rounding * settings_.longest_cycle * awaited_.count;
+  bool bounded_by_acceleration(std::size_t i) const noexcept {
+    return settings_.acceleration(i) < unlimited && speeds_[i].length > 0.0 && speeds_[i].agrees &&
+           unpaired_ == 0 && awaited_.time <= rounding * settings_.longest_cycle * awaited_.count;
   }
 
-  /// How far [m] the device can get against a force of this sign in the n-th interval after the last settled.
-  double against(double force, int n, double time) const noexcept {
-    double speed = settings_.max_speed;
-    if (predictable_) {
-      const double apart = 0.5 * length_ + gap_ + (n - 0.5) * settings_.longest_cycle;
-      const double along = force < 0.0 ? -high_ : low_;
-      speed = std::clamp(settings_.max_acceleration * apart - along, 0.0, speed);
+  /// How far [m, rad] the device can get against a force of this sign in the n-th interval after the last
+  /// settled.
+  double against(std::size_t i, double force, int n, double time) const noexcept {
+    double speed = settings_.speed(i);
+    if (const Speed& known = speeds_[i]; known.predicts) {
+      const double apart = 0.5 * known.length + known.gap + (n - 0.5) * settings_.longest_cycle;
+      const double along = force < 0.0 ? -known.high : known.low;
+      speed = std::clamp(settings_.acceleration(i) * apart - along, 0.0, speed);
     }
     return speed * time;
   }
 
   double pending() noexcept {
-    double energy = settings_.max_speed * awaited_.impulse;
+    double energy = 0.0;
+    for (std::size_t i = 0; i < axes; ++i) energy += settings_.speed(i) * awaited_.impulse[i];
     for (int ago = delay_; ago > 0; --ago) {
-      const HeldForce& held = at(ago);
+      const Held& held = at(ago);
       const int n = awaited_.count + delay_ - ago + 1;
-      energy += std::abs(held.force) * against(held.force, n, time_at_most(held));
+      const double time = time_at_most(held);
+      for (std::size_t i = 0; i < axes; ++i)
+        energy += std::abs(held.force[i]) * against(i, held.force[i], n, time);
     }
     return energy;
   }
 
-  double bounded(double wanted, double before, bool settled) noexcept {
+  Values bounded(const Values& wanted, const Values& before, bool settled) noexcept {
     if (!settings_.limits_energy()) return wanted;
     left_ = reserve_;
-    if (!seen_) return 0.0;  // from where nobody knows, no travel could be settled
-    predictable_ = bounded_by_acceleration();
-    const double error = settings_.position_error, there = reserve_ - error * before, open = pending();
-    const double cost = against(wanted, awaited_.count + delay_ + 1, settings_.longest_cycle) + 2.0 * error;
-    const bool overdrawn = there - open < -smallest;
-    const double free = overdrawn && exceeded_ > 0 ? 0.0 : unlimited;
-    const double most = cost > 0.0 ? std::min((there - open) / cost, shared(wanted, there, cost)) : free;
-    const double force = std::clamp(wanted, -std::max(0.0, most), std::max(0.0, most));
-    left_ = there - open - std::abs(force) * cost;
+    if (!seen_) return {};  // from where nobody knows, no travel could be settled
+    double there = reserve_;
+    for (std::size_t i = 0; i < axes; ++i) {
+      speeds_[i].predicts = bounded_by_acceleration(i);
+      there -= settings_.error(i) * std::abs(before[i]);
+    }
+    const double left = there - pending();
+    const bool overdrawn = left < -smallest;
+    const Values force = divided(wanted, there, left, overdrawn && exceeded_ > 0 ? 0.0 : unlimited);
     if (settled && !overdrawn && !outside_) exceeded_ = std::max(0, exceeded_ - 1);
     return force;
   }
 
-  /// The share [N] of one cycle in the reserve after all open cycles, if the device continues at its speed
-  /// and they hold the same force. The guarantee does not depend on it.
-  double shared(double wanted, double there, double cost) const noexcept {
-    const double travel = 0.5 * (low_ + high_) * settings_.longest_cycle,
+  /// Forces [N, N m] that cost no more than what is left, and than one cycle's share in what is there; `free`
+  /// for what costs nothing.
+  Values divided(const Values& wanted, double there, double left, double free) noexcept {
+    Values costs, shares, force;
+    double cost = 0.0, share = 0.0;
+    for (std::size_t i = 0; i < axes; ++i) {
+      costs[i] = against(i, wanted[i], awaited_.count + delay_ + 1, settings_.longest_cycle) +
+                 2.0 * settings_.error(i);
+      shares[i] = share_of(i, wanted[i], costs[i]);
+      cost += std::abs(wanted[i]) * costs[i];
+      share += std::abs(wanted[i]) * shares[i];
+    }
+    left_ = left;
+    for (std::size_t i = 0; i < axes; ++i) {
+      const double asked = std::abs(wanted[i]);
+      const double most = costs[i] > 0.0 ? std::min(part(asked * costs[i], cost) * left / costs[i],
+                                                    part(asked * shares[i], share) * there / shares[i])
+                                         : free;
+      force[i] = std::clamp(wanted[i], -std::max(0.0, most), std::max(0.0, most));
+      left_ -= std::abs(force[i]) * costs[i];
+    }
+    return force;
+  }
+  static double part(double one, double all) noexcept {
+    return axes > 1 && all > 0.0 ? one / all : 1.0;  // without rounding where it is the only one
+  }
+
+  /// The energy [J] per force of all open cycles, if the device continues at its speed and they hold the same
+  /// force. The guarantee does not depend on it.
+  double share_of(std::size_t i, double wanted, double cost) const noexcept {
+    const double travel = 0.5 * (speeds_[i].low + speeds_[i].high) * settings_.longest_cycle,
                  along = wanted < 0.0 ? -travel : travel;
-    return there / std::max(cost, (delay_ + 1) * (caution * cost - foresight * along));
+    return std::max(cost, (delay_ + 1) * (caution * cost - foresight * along));
   }
 
   // More is allowed inwards than outwards; otherwise a user who moves back and forth would lose force at
@@ -217,18 +289,17 @@ class EnergyController {
   int delay_ = 0;
   double reserve_ = 0.0;  // E_0 and what is settled, less what errors of depth may have cost
   double energy_ = 0.0, left_ = 0.0;
-  double depth_ = 0.0;
-  double low_ = 0.0, high_ = 0.0, length_ = 0.0;  // the last mean speed known, and its time; 0: none
-  double gap_ = 0.0;                              // time at most that was settled since [s]
+  Values places_{};
+  std::array<Speed, axes> speeds_{};
   Awaited awaited_{};
-  std::array<HeldForce, 2 * max_delay> held_{};
+  std::array<Held, 2 * max_delay> held_{};
   std::uint64_t cycle_ = 0;
   int unpaired_ = 0;  // calls for which a depth may show any moment of a cycle that was no regular one
   int exceeded_ = 0;  // settlements until forces that relied on a bound that was exceeded are all settled
-  bool seen_ = false, outside_ = false, agrees_ = true, predictable_ = false;
+  bool seen_ = false, outside_ = false;
 };
 
-static_assert(std::is_trivially_copyable_v<EnergyController>);
-static_assert(noexcept(std::declval<EnergyController&>().limit(0.0, 0.0, 0.0)));
+static_assert(std::is_trivially_copyable_v<EnergyController<>>);
+static_assert(noexcept(std::declval<EnergyController<>&>().limit(0.0, 0.0, 0.0)));
 
 }  // namespace needleforce

@@ -75,11 +75,23 @@ class Insertion {
   /// Restores a memory; returns false and changes nothing for bytes of another version or model, altered
   /// bytes, or a state that no insertion can have. Wait-free.
   bool restore(const Saved& bytes) noexcept {
-    if (!valid_ || !belongs(bytes, model_)) return false;
-    const InsertionState state = bytes.state();
-    if (!possible(state, count_)) return false;
-    state_ = state;
+    if (restore_fault(bytes)) return false;
+    state_ = bytes.state();
+    if (state_.relaxation_dt > 0.0) relax(state_.relaxation_dt);
     return true;
+  }
+  /// Why `restore` refuses a memory, as the part of it that is at fault, or nullptr. Wait-free.
+  const char* restore_fault(const Saved& bytes) const noexcept {
+    if (!valid_) return "model of this insertion";
+    if (const char* part = foreign_part(bytes, model_)) return part;
+    const InsertionState state = bytes.state();
+    StateCheck check;
+    needleforce::check(check, state, count_);
+    for (std::size_t i = 0; i < max_layers; ++i)
+      needleforce::check(check, state.layers[i], i < count_ ? layers_[i].largest_contact() : 0.0);
+    if (!check.fault() && state.pierced > 0)
+      layers_[state.pierced - 1].check(check, state.cut, std::min(limits_.max_speed, fastest));
+    return check.fault();
   }
 
   /// Continues an insertion into other layers: the same tip in the same hole, with other laws; see
@@ -132,7 +144,7 @@ class Insertion {
   /// The last force for a bounded time, then zero; depth and memory do not change.
   [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
     const bool waits = dt > 0.0 && std::isfinite(dt);
-    if (waits) state_.waited += dt;
+    if (waits) state_.waited = std::min(state_.waited + dt, longest);
     const bool holding = valid_ && waits && state_.waited <= limits_.hold_time;
     return refused(holding ? state_.last : Sample{}, state_.depth, status);
   }

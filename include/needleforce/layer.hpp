@@ -64,6 +64,22 @@ class PreparedLayer {
     return dispatch(relaxation_, [&](const auto& law) { return law.over(dt); });
   }
 
+  /// No less than a contact of the layer can hold [N], also where another model pressed it.
+  double largest_contact() const noexcept {
+    return 1e3 + 3.0 * dispatch(stiffness_, [](const auto& law) { return law.force(farthest); });
+  }
+  /// Looks at the cut of the layer that the tip is in, whose force may have come with a speed [m/s].
+  void check(StateCheck& check, const Cut& cut, double speed) const noexcept {
+    dispatch(cutting_, [&](const auto& law) {
+      double most = 2.0 * farthest;
+      if constexpr (requires { law.law.springs; })
+        most += (1e3 + law.law.damping * speed) / law.law.stiffness;
+      check.number("cut", cut.front, -most, most);
+      check.number("cut", cut.entry, -farthest, farthest);
+      check.number("cut", cut.retreat_limit, -farthest, farthest);
+    });
+  }
+
   /// The contact of a layer that is not pierced; true if it is punctured instead. `first`: the first step.
   /// `elastic`: no relaxation, known to the caller.
   template <bool elastic>

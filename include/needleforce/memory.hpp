@@ -14,11 +14,9 @@
 
 #include "relaxation.hpp"
 #include "returnable_slip.hpp"
+#include "state_check.hpp"
 
 namespace needleforce {
-
-/// True if a flag that came from outside as a byte is one: to read another byte as a flag is undefined.
-inline bool is_flag(const bool& flag) noexcept { return reinterpret_cast<const unsigned char&>(flag) < 2; }
 
 /// The extent of a layer along the shaft [m]; the bottom is the surface of the next layer, or infinity.
 struct LayerExtent {
@@ -110,7 +108,7 @@ struct Cut {
   /// The tip's force where it has receded from there.
   TipForce receding(const TipForce& tip, double depth) const noexcept {
     if (!(depth > retreat_limit)) return {};
-    const double length = entry - retreat_limit, share = (depth - retreat_limit) / length;
+    const double length = std::max(entry - retreat_limit, 1e-60), share = (depth - retreat_limit) / length;
     return {share * tip.force, share * tip.by_depth + tip.force / length};
   }
 };
@@ -176,13 +174,14 @@ inline Slip slip_along(const Shaft& shaft, double traction, double travel, doubl
   return {travel, traction * std::max(0.0, shaft.embedded - straining), traction * shaft.embedded_by_depth};
 }
 
-/// True for a memory from outside whose flags are ones; a memory with flags has `possible()`.
+/// Looks at a memory from outside. One of other parts than doubles, or of smaller ranges, has a `check` of
+/// its own; `most` is the largest force that the layer's contact can leave [N].
 template <class M>
-bool possible(const M& memory) noexcept {
-  if constexpr (requires { memory.possible(); })
-    return memory.possible();
-  else
-    return true;
+void check_memory(StateCheck& check, const char* part, const M& memory, double most) noexcept {
+  if constexpr (requires { memory.check(check, part, most); })
+    memory.check(check, part, most);
+  else if constexpr (!std::is_empty_v<M>)
+    check.numbers(part, memory);
 }
 
 /// One memory of each type. A law that another law replaces, in a deeper layer or in another model, keeps
@@ -206,7 +205,9 @@ struct Memories : MemorySlot<M>... {
   void each(Visit visit) noexcept {
     (visit(of<M>()), ...);
   }
-  bool possible() const noexcept { return (needleforce::possible(of<M>()) && ...); }
+  void check(StateCheck& check, const char* part, double most) const noexcept {
+    (check_memory(check, part, of<M>(), most), ...);
+  }
 };
 
 /// The memory of the law that used it last: another kind of law finds a new one. A quarter of the bytes of
@@ -233,7 +234,9 @@ class OneMemory {
     return number_ == number<Wanted> ? *std::launder(reinterpret_cast<const Wanted*>(bytes_.data()))
                                      : unused<Wanted>;
   }
-  bool possible() const noexcept { return (needleforce::possible(of<M>()) && ...); }
+  void check(StateCheck& check, const char* part, double most) const noexcept {
+    (check_memory(check, part, of<M>(), most), ...);
+  }
 
  private:
   template <class Wanted>

@@ -4,7 +4,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "state_check.hpp"
 
 namespace needleforce {
 
@@ -38,6 +41,13 @@ struct ReturnableSlip {
   double shift = 0.0;   ///< from where the law feels the tip to where it is shown [m]
   double still = 0.0;   ///< how long it has rested, up to the rest time [s]
 
+  /// Looks at what came from outside. Wait-free.
+  void check(StateCheck& check, const char* part) const noexcept {
+    check.numbers(part, energy);
+    check.numbers(part, std::array{behind, lowest, shift}, 1e3);
+    check.number(part, behind, 0.0, 1e3);
+    check.number(part, still, 0.0, 1e9);
+  }
   /// What a law with a force feels of a travel [m] in a step of `dt` [s]. Wait-free.
   double felt(double travel, const Slip& law, double dt, const DepthNoise& noise) noexcept {
     if (law.force == 0.0) *this = {};

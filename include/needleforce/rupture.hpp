@@ -80,6 +80,12 @@ struct RemainingContact {
   double force = 0.0;        ///< [N]
   double by_depth = 0.0;     ///< [N/m]
 
+  /// Looks at what came from outside.
+  void check(StateCheck& check, const char* part) const noexcept {
+    check.numbers(part, *this);
+    for (const double share : {lasting, transient[0], transient[1], intact})
+      check.number(part, share, 0.0, 1.0);
+  }
   /// Begins with a share of the contact's force; what had relaxed stays lost.
   void begin(const ContactAtPuncture& contact, double share) noexcept {
     *this = {};

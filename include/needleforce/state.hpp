@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 #include "limits.hpp"
@@ -43,25 +42,38 @@ struct InsertionState {
   std::array<LayerState, max_layers> layers{};
 };
 
-/// True for a sample from outside whose words and flags are ones.
-inline bool possible(const Sample& sample) noexcept {
-  return sample.phase >= Phase::free && sample.phase <= Phase::extraction && sample.status >= Status::ok &&
-         sample.status <= Status::not_finite && is_flag(sample.contact) && is_flag(sample.punctured) &&
-         is_flag(sample.exit);
+/// Looks at what a layer remembers whose contact holds `most` [N] at most. Wait-free.
+inline void check(StateCheck& check, const LayerState& layer, double most) noexcept {
+  check.flag("layers.pierced", layer.pierced);
+  for (const bool* flag : {&layer.relaxing.relaxes, &layer.relaxing.only_at_rest, &layer.relaxing.restores})
+    check.flag("layers.relaxing", *flag);
+  check.numbers("layers.contact", layer.contact);
+  check.number("layers.contact", layer.contact.elastic, -most, most);
+  check.numbers("layers.contact", layer.contact.memory, most);
+  check.number("layers.contact_force", layer.contact_force, 0.0, most);
+  check.number("layers.indentation", layer.indentation, 0.0, 2.0 * farthest);
+  check.number("layers.puncture_depth", layer.puncture_depth, -farthest, farthest);
+  check.numbers("layers.contact_slope", layer.contact_slope);
+  check.numbers("layers.work", layer.work);
+  check.numbers("layers.shaft",
+                std::array{layer.shaft.surface, layer.shaft.embedded, layer.shaft.embedded_by_depth});
+  layer.returnable.check(check, "layers.returnable");
+  layer.friction.check(check, "layers.friction", most);
 }
-inline bool possible(const LayerState& layer) noexcept {
-  const Relaxing& relaxing = layer.relaxing;
-  return is_flag(layer.pierced) && is_flag(relaxing.relaxes) && is_flag(relaxing.only_at_rest) &&
-         is_flag(relaxing.restores) && layer.friction.possible();
-}
-/// True for a state from outside that a stack of so many layers can have, as far as the loop relies on it:
-/// numbers of layers, words, flags, where the tip is and how long it waited. Wait-free.
-inline bool possible(const InsertionState& state, std::size_t layers) noexcept {
-  bool result = state.pierced <= layers && state.phase >= Phase::free && state.phase <= Phase::extraction &&
-                is_flag(state.started) && std::abs(state.depth) <= farthest && state.waited >= 0.0 &&
-                possible(state.last) && state.cutting.possible();
-  for (const LayerState& layer : state.layers) result = result && possible(layer);
-  return result;
+/// Looks at what an insertion into so many layers remembers: numbers of layers, words, flags, and lengths and
+/// times from which the loop counts; each layer looks at its own. Wait-free.
+inline void check(StateCheck& check, const InsertionState& state, std::size_t layers) noexcept {
+  check.flag("started", state.started);
+  check.word("phase", state.phase, Phase::extraction);
+  check.require("pierced", state.pierced <= layers);
+  check.number("depth", state.depth, -farthest, farthest);
+  check.number("deepest", state.deepest, -farthest, farthest);
+  check.number("waited", state.waited, 0.0, longest);
+  check.number("relaxation_dt", state.relaxation_dt, 0.0, 2.0 * longest);
+  check.numbers("cut", state.cut);
+  state.returnable.check(check, "returnable");
+  check.sample("last", state.last);
+  state.cutting.check(check, "cutting", largest_in_a_state);
 }
 
 }  // namespace needleforce

@@ -130,11 +130,12 @@ constexpr bool same_sums(const std::array<std::array<std::uint64_t, 4>, stretche
   return different == 0;
 }
 
-/// True if these bytes were saved by this version, for this model, and are intact. Wait-free.
+/// What is not that of bytes saved by this version for this model, or nullptr if all is. Wait-free.
 template <class State>
-bool belongs(const StateBytes<State>& bytes, std::uint64_t model) noexcept {
-  return bytes.version == detail::this_version() && bytes.size == sizeof bytes && bytes.model == model &&
-         same_sums(bytes.checksum, bytes.sum());
+const char* foreign_part(const StateBytes<State>& bytes, std::uint64_t model) noexcept {
+  if (bytes.version != detail::this_version() || bytes.size != sizeof bytes) return "version";
+  if (bytes.model != model) return "model";
+  return same_sums(bytes.checksum, bytes.sum()) ? nullptr : "checksum";
 }
 
 }  // namespace needleforce

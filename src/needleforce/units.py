@@ -79,6 +79,11 @@ class Unit(NamedTuple):
 
 
 @lru_cache
+def number_in(text: str) -> float:
+    """The number that a text is, which has no underscores: Python alone reads 1_0 as one. Raises ValueError."""
+    return float(text.replace("_", "?"))
+
+
 def find(text: str, dimension: str) -> Unit | None:
     """Find the unit that a text names.
 

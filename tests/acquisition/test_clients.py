@@ -211,27 +211,15 @@ def test_a_refused_command_has_the_reason_of_the_axis():
             assert axis.limits == fake.limits
             with pytest.raises(InputError, match="no table"):
                 axis.site(2)
-            axis.move(0.001, 0.01)
-            assert axis.stop()
+            axis.send_move(0.001, 0.01)
+            until(lambda: axis.answer("move"))
+            axis.send_stop()
+            until(lambda: axis.answer("stop"))
             with pytest.raises(InputError, match="moves at up to"):
-                axis.move(0.001, 1.0)
+                axis.send_move(0.001, 1.0)
         finally:
             axis.close()
     assert fake.received == ["site 2", "move 0.00100000 0.0100000", "stop"]
-
-
-def test_a_stop_is_repeated_until_it_is_answered():
-    stops = []
-
-    def reply(line):
-        stops.extend([line] * (line == "stop"))
-        return "" if line == "stop" and len(stops) < 3 else None
-
-    with FakeAxis(reply=reply) as fake:
-        axis = AxisClient("127.0.0.1", fake.port, timeout=10.0)
-        assert axis.stop()
-        axis.close()
-    assert len(stops) == 3
 
 
 @pytest.mark.parametrize("garbage", [b"\xff\xfe\n", b"state 1 2 3\n", b"x" * 5000, b"axis 0 inf 1 1\n"])
@@ -243,8 +231,7 @@ def test_invalid_lines_of_an_axis_are_refused(garbage):
             with pytest.raises(InputError, match="line of the axis"):
                 until(lambda: axis.receive() is None)
             with pytest.raises(InputError, match="line of the axis"):
-                axis.move(0.0, 0.01)
-            assert not axis.stop()
+                axis.site(1)
         finally:
             axis.close()
 

@@ -18,7 +18,7 @@ from needleforce.acquisition.settings import Settings
 from needleforce.acquisition.sources import net_ft_sensor
 from needleforce.acquisition.sources.axis import AxisClient
 from needleforce.acquisition.sources.net_ft_sensor import SensorClient
-from needleforce.acquisition.sources.reading_checks import QuietCheck
+from needleforce.acquisition.sources.reading_checks import QuietCheck, ScaleCheck
 from needleforce.commands.record import force_limit
 
 
@@ -217,6 +217,30 @@ def test_only_a_sensor_that_loses_its_scale_is_quiet(length):
         assert not any(map(check.add, force[500:].tolist()))
         assert any(map(check.add, (1.0 + 0.3 * noise[: 2 * check.readings]).tolist()))
         assert check.readings < 4000
+
+
+def scales(bias, force, scale, seed):
+    """Factors that a check sees in readings (6, 4000) at 500 Hz: a rest, an insertion with ruptures of all axes at
+    random, and at last the sensor at a ``scale``, its noise as before."""
+    draw = np.random.default_rng([770, seed])
+    across = force * draw.normal(size=(6, 4))[:, np.repeat(range(4), 1000)] * np.tile(np.linspace(0.0, 1.0, 1000), 4)
+    across[:, :500] = 0.0
+    true = (across + bias[:, None]) * np.where(np.arange(4000) < 3700, 1.0, scale)
+    readings = (true + NOISE[:, None] * draw.standard_normal(true.shape)).T
+    check = ScaleCheck()
+    check.learn(readings[:500])
+    return [found for wrench in readings[500:] if (found := check.add(wrench)) < 1.0]
+
+
+def test_forces_of_all_axes_are_no_change_of_the_scale(many):
+    """Less than once in a thousand insertions; a scale between 0.1 and 0.7 is seen where all axes have a bias."""
+    bias = np.array([1.0, -0.8, 2.0, 0.05, -0.04, 0.03])
+    force = np.array([0.3, 0.3, 1.0, 0.02, 0.02, 0.01])[:, None]
+    seeds = range(many(20, 400))
+    assert not any(scales(bias * (1.0 + 0.5 * np.sin(seed)), 0.2 * (seed % 20) * force, 1.0, seed) for seed in seeds)
+    for scale in (0.1, 0.4, 0.7):
+        found = scales(bias, 0.1 * force, scale, 1)
+        assert found and found[0] == pytest.approx(scale, abs=0.03)
 
 
 def test_a_page_that_changes_in_the_run_stops_the_needle(tmp_path, monkeypatch):

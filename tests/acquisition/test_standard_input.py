@@ -91,14 +91,14 @@ def test_without_a_time_column_the_time_is_the_arrival():
     assert [s.wrench[:3] for s in samples] == [(2, 0, 1), (4, 0, 3)]
 
 
-def test_a_depth_column_is_an_axis_without_commands():
+def test_a_depth_column_is_an_axis_without_commands(tmp_path):
     _, source = read("time_s,depth_mm,fz_N\n1.0,-4,0\n1.5,-2.5,0\n2.0,-2.5,0\n")
     states = [state for state, _ in source.axis.receive()]
     assert [(s.number, s.time, s.depth) for s in states] == [(0, 1.0, -4e-3), (1, 1.5, -2.5e-3), (2, 2.0, -2.5e-3)]
     np.testing.assert_allclose([s.velocity for s in states], [0.0, 3e-3, 0.0])
     assert [s.condition for s in states] == ["idle", "moving", "idle"] and source.axis.receive() == []
-    with pytest.raises(nf.InputError, match="no commands"):
-        source.axis.move(0.0, 1e-3)
+    with pytest.raises(nf.InputError, match="a run cannot stop it"):
+        record_run(tmp_path / "run.mcap", source, source.axis, [(0.0, 1e-3)], {}, Settings(force_limit=1.0))
     _, source = read("time_s,depth_mm,velocity_mm_s,fz_N\n1.0,-4,3,0\n")
     assert source.axis.receive()[0][0].velocity == 3e-3
 

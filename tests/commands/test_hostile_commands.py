@@ -227,3 +227,17 @@ def test_a_full_disk_loses_one_output(command, root, tmp_path, monkeypatch):
     done = CliRunner().invoke(app, [command, str(root / "examples" / "insertion.csv"), *models, *words])
     assert done.exit_code == 2 and f"{lost}: file is not written, No space left on device" in done.stderr
     assert [name for name in kept if not os.path.getsize(name)] == [] and not os.path.exists(lost)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("simulate", "-o", "x.csv", "--depth-mm", "1_0"), ("simulate", "-o", "x.csv", "--rate-hz=1_000"),
+        ("demo", "--seed", "1_0"), ("indentation", "x.csv", "--tip", "cone", "--half-angle-deg", "1_5"),
+        ("identify", "x.csv", "--layers", "0_2"), ("identify", "x.csv", "--speed-mm-s", "1_0"),
+        ("penetration", "x.csv", "--plateau-mm", "1_0:20"), ("rig", "--duration-s", "1_0"),
+    ],
+)  # fmt: skip
+def test_a_number_with_underscores_is_none(tmp_path, arguments):
+    assert re.search(r"is '1_\S*|is '0_2'", (done := run(*arguments, cwd=tmp_path)).stderr), done.stderr
+    assert done.returncode == 2 and not (tmp_path / "x.csv").exists()

@@ -30,12 +30,12 @@ def run(*arguments):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A table of the rig, and the needle identified from it with the linear model."""
+    """A table of the rig, and the needle identified from it with a model of such tissue."""
     folder = tmp_path_factory.mktemp("steer")
     (folder / "needle.toml").write_text(NEEDLE, encoding="utf-8")
     assert run("simulate", "-o", folder / "paths.csv", "--insertions", 4, "--depth-mm", 80).exit_code == 0
     done = run(
-        "identify", folder / "paths.csv", "--needle", folder / "needle.toml", "--model", "linear", "--save",
+        "identify", folder / "paths.csv", "--needle", folder / "needle.toml", "--model", "yielding", "--save",
         folder / "gel.toml", "--report", folder / "fit.html", "--json", folder / "fit.json",
     )  # fmt: skip
     assert done.exit_code == 0, done.output
@@ -47,7 +47,7 @@ def test_identified_needle_is_shown_and_kept(folder):
     text = (folder / "identify.txt").read_text(encoding="utf-8")
     assert "tip_force_x" in text and "error when left out [mm]" in text and "insertion 3" in text
     document = json.loads((folder / "fit.json").read_text(encoding="utf-8"))
-    assert document["model"] == "linear" and len(document["insertions"]) == 4
+    assert document["model"] == "yielding" and len(document["insertions"]) == 4
     by_name = {each["name"]: each for each in document["parameters"]}
     assert by_name["tip_force_x"]["low"] < SteeringPhantom().tip_force < by_name["tip_force_x"]["high"]
 
@@ -129,6 +129,7 @@ def test_reports_show_figures_with_units(folder, name, words):
     "arguments, words",
     [
         (["plan", "gel.toml", "--target-mm", "1,2"], "3 numbers"),
+        (["plan", "gel.toml", "--target-mm", "1_0,0,50"], "3 numbers"),
         (["plan", "gel.toml", "--target-mm", "0,0,-5"], "below the surface"),
         (["plan", "gel.toml", "--target-mm", "0,0,50", "--sphere-mm", "0,0,50"], "4 numbers"),
         (["plan", "gel.toml", "--target-mm", "0,0,50", "--max-lateral-mm", "-1"], "max_lateral"),
@@ -150,9 +151,9 @@ def test_wrong_usage_is_named(folder, arguments, words, monkeypatch):
 @pytest.mark.parametrize(
     "change, words",
     [
-        (lambda text: text.replace('steering = "linear"\n', ""), "steering"),
-        (lambda text: text.replace('steering = "linear"', 'steering = "given"'), "linear or yielding"),
-        (lambda text: text.replace('steering = "linear"', 'steering = "yielding"'), "yielding_modulus is missing"),
+        (lambda text: text.replace('steering = "yielding"\n', ""), "steering"),
+        (lambda text: text.replace('steering = "yielding"', 'steering = "given"'), "linear or yielding"),
+        (lambda text: text.replace("yielding_modulus", "pivot_stiffness"), "yielding_modulus is missing"),
         (lambda text: text.replace("covariance = [[", "covariance = [[-"), "eigenvalues above 0"),
         (lambda text: text.replace("modulus = ", "modulus = 1e9 # "), "outside"),
         (lambda text: text.replace("covariance = [[", "covariance = [[1.0, "), "covariance"),

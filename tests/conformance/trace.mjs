@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The conformance set through WebAssembly; README.md says what a case is. The first argument is needleforce.mjs.
-import { readFileSync } from "node:fs";
-import { pathToFileURL } from "node:url";
-
-const [module, ...paths] = process.argv.slice(2);
-const { load } = await import(pathToFileURL(module));
-const { Insertion, CondensedInsertion, FlexibleInsertion } = await load();
+// The conformance set through WebAssembly; README.md says what a case is. In Node the first argument is needleforce.mjs,
+// the others are the cases; in_browser.py imports `trace` into a page.
 const FAMILIES = ["stiffness", "puncture", "friction", "cutting", "relaxation"];
 const PARTS = ["depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth",
   "force_by_velocity"];
+let Insertion, CondensedInsertion, FlexibleInsertion;
 const said = [];
 
 const ODD = { nan: NaN, inf: Infinity, "-inf": -Infinity };
@@ -132,12 +128,25 @@ class Case {
   }
 }
 
-for (const path of paths) {
-  said.push(`case ${path}`);
-  const one = new Case();
-  for (const line of readFileSync(path, "utf8").split("\n")) {
-    const [what, ...words] = line.split(" ").filter((word) => word !== "");
-    if (what && what[0] !== "#" && !one.describe(what, words)) one.move(what, words);
+/** What the core of `module` gives for the cases, { path: text }. */
+export async function trace(module, cases) {
+  ({ Insertion, CondensedInsertion, FlexibleInsertion } = await (await import(module)).load());
+  said.length = 0;
+  for (const [path, content] of Object.entries(cases)) {
+    said.push(`case ${path}`);
+    const one = new Case();
+    for (const line of content.split("\n")) {
+      const [what, ...words] = line.split(" ").filter((word) => word !== "");
+      if (what && what[0] !== "#" && !one.describe(what, words)) one.move(what, words);
+    }
   }
+  return `${said.join("\n")}\n`;
 }
-process.stdout.write(said.join("\n") + "\n");
+
+if (typeof process !== "undefined") {
+  const { readFileSync } = await import("node:fs");
+  const { pathToFileURL } = await import("node:url");
+  const [module, ...paths] = process.argv.slice(2);
+  const cases = Object.fromEntries(paths.map((path) => [path, readFileSync(path, "utf8")]));
+  process.stdout.write(await trace(pathToFileURL(module).href, cases));
+}

@@ -3,11 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <string>
 #include <vector>
 
-#include "../../bindings/c/needleforce_bend.h"
+#include "../../bindings/c/needleforce_guard.h"
 #include "../proof/c_layers.hpp"
 #include "bending.hpp"
+#include "needleforce/base_guard.hpp"
 
 namespace {
 
@@ -123,6 +125,69 @@ TEST(BendingC, NamesWhatItRefuses) {
   nf_fault why{};
   EXPECT_EQ(nf_bend_init(small.data(), 32, nullptr, &usual, &why), nullptr);
   EXPECT_STREQ(why.quantity, "axial");
+}
+
+/// Memory and the guard in it.
+struct CGuard {
+  std::vector<double> memory = std::vector<double>(nf_base_guard_size() / sizeof(double) + 1);
+  nf_fault why{};
+  nf_base_guard* guard = nullptr;
+  CGuard(nf_bend* needle, std::vector<nf_parameter> limits)
+      : guard(nf_base_guard_init(memory.data(), nf_base_guard_size(), needle, limits.data(), limits.size(),
+                                 &why)) {}
+};
+
+TEST(BendingC, GuardGivesTheValuesOfTheOneInCpp) {
+  CNeedle c(usual);
+  const CGuard guarded(c.needle, {{"max_force", 0.3},
+                                  {"max_lateral_force", 0.02},
+                                  {"longest_cycle", 1e-3},
+                                  {"max_speed", 0.5},
+                                  {"max_angular_speed", 50.0},
+                                  {"max_moment", 1e-3}});
+  ASSERT_NE(guarded.guard, nullptr) << guarded.why.quantity << guarded.why.reason;
+  FlexibleSettings settings = guided();
+  settings.small_slopes = false;
+  Guard guard(SpatialInsertion(Insertion(paper::model(), {.max_speed = 1e9}), settings),
+              {.max_force = 0.3,
+               .longest_cycle = 1e-3,
+               .max_speed = 0.5,
+               .max_lateral_force = 0.02,
+               .max_moment = 1e-3,
+               .max_angular_speed = 50.0});
+  nf_base_output out{};
+  int did = 0;
+  for (int i = 0; i <= 300; ++i) {
+    const Base base{
+        .depth = 2e-4 * (i - 5), .lateral = {4e-6 * i, -2e-6 * i}, .tilt = {0.0, 1e-5 * i}, .roll = 0.02 * i};
+    const nf_base plain{
+        base.depth, {base.lateral[0], base.lateral[1]}, {base.tilt[0], base.tilt[1]}, base.roll};
+    nf_base_guard_step(guarded.guard, &plain, 1e-3, &out);
+    const BaseOutput expected = guard.step(base, 1e-3);
+    ASSERT_EQ(std::memcmp(&out.force, &expected.force, sizeof out.force), 0) << i;
+    ASSERT_EQ(out.energy, expected.energy);
+    ASSERT_EQ(out.reserve, expected.reserve);
+    ASSERT_EQ(std::memcmp(out.sample.wrench, expected.sample.wrench.data(), sizeof out.sample.wrench), 0);
+    did |= out.did;
+  }
+  EXPECT_TRUE(did & NF_CLAMPED);
+  nf_base_guard_miss(guarded.guard, 1e-3, &out);
+  EXPECT_EQ(out.force.depth, 0.0);
+  EXPECT_EQ(out.force.lateral[0], 0.0);
+  EXPECT_EQ(out.did & NF_STALE, NF_STALE);
+  nf_base_guard_reset(guarded.guard);
+  const nf_base above{-1e-3, {0.0, 0.0}, {0.0, 0.0}, 0.0};
+  nf_base_guard_step(guarded.guard, &above, 1e-3, &out);
+  EXPECT_EQ(out.sample.axial.phase, NF_FREE);
+}
+
+TEST(BendingC, GuardNamesWhatItRefuses) {
+  CNeedle c(usual);
+  const CGuard guarded(c.needle, {{"max_speed", 0.5}, {"longest_cycle", 1e-3}});
+  EXPECT_EQ(guarded.guard, nullptr);
+  EXPECT_NE(std::string(guarded.why.reason).find("max_angular_speed"), std::string::npos);
+  EXPECT_STREQ(CGuard(c.needle, {{"max_moment", -1.0}}).why.quantity, "max_moment");
+  EXPECT_STREQ(CGuard(nullptr, {}).why.quantity, "needle");
 }
 
 }  // namespace

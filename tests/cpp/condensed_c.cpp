@@ -5,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "../../bindings/c/needleforce_bend.h"
+#include "../../bindings/c/needleforce_guard.h"
 #include "bending.hpp"
+#include "needleforce/base_guard.hpp"
 #include "needleforce/solid/bent_in_solid.hpp"
 #include "solid.hpp"
 
@@ -148,6 +149,32 @@ TEST(CondensedSolidInC, BendsToTheBitAsInCpp) {
   EXPECT_EQ(nf_bend_restore(needle, kept.data(), nf_bend_snapshot_size()), 1);
   reinterpret_cast<unsigned char*>(kept.data())[nf_bend_snapshot_size() - 1] ^= 1;
   EXPECT_EQ(nf_bend_restore(needle, kept.data(), nf_bend_snapshot_size()), 0);
+}
+
+TEST(CondensedSolidInC, GuardGivesTheValuesOfTheOneInCpp) {
+  const CondensedTissue table = tissue(2e-3);
+  const std::vector<double> compliance = rows(table);
+  Solid given;
+  nf_solid* solid = given.made(table.spacing, table.nodes, compliance.data());
+  ASSERT_NE(solid, nullptr);
+  std::vector<double> memory(nf_guard_size() / sizeof(double) + 1);
+  const nf_parameter limits[] = {
+      {"max_force", 0.3}, {"longest_cycle", 1e-3}, {"max_speed", 0.5}, {"max_moment", 1.0}};
+  EXPECT_EQ(nf_guard_init_in_solid(memory.data(), nf_guard_size(), solid, limits, 4, &given.why), nullptr);
+  EXPECT_NE(std::string(given.why.reason).find("needle that bends"), std::string::npos);
+  nf_guard* guarded = nf_guard_init_in_solid(memory.data(), nf_guard_size(), solid, limits, 3, &given.why);
+  ASSERT_NE(guarded, nullptr) << given.why.reason;
+  Guard guard(insertion(2e-3, laws_of(20.0, 0.1, 0.2)),
+              {.max_force = 0.3, .longest_cycle = 1e-3, .max_speed = 0.5});
+  for (int i = 0; i < 800; ++i) {
+    const double depth = 5e-5 * (i < 500 ? i : 1000 - i);
+    nf_output output;
+    nf_guard_step(guarded, depth, NF_NO_VELOCITY, 1e-3, &output);
+    const Output expected = guard.step(depth, no_velocity, 1e-3);
+    ASSERT_EQ(output.force, expected.force) << i;
+    ASSERT_EQ(output.reserve, expected.reserve) << i;
+    ASSERT_EQ(output.sample.force, expected.sample.force) << i;
+  }
 }
 
 }  // namespace

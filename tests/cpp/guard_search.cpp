@@ -13,15 +13,26 @@ namespace {
 
 TEST(GuardSearch, NoSequenceGetsMoreThanIsPromised) {
   for (const Kind& kind : kinds) {
-    const Found found = search(kind, 200000, 7);
+    const auto found = search(kind, 200000, 7);
+    EXPECT_GE(found.cycles, 200000) << kind.name;
+    EXPECT_EQ(found.broken, 0) << kind.name << ": " << found.worst_energy << " J";
+  }
+}
+
+TEST(GuardSearch, NoSequenceOfAllAxesGetsMoreThanIsPromised) {
+  for (const Kind& kind : kinds) {
+    const auto found = search<axes_of_a_base>(kind, 200000, 7);
     EXPECT_GE(found.cycles, 200000) << kind.name;
     EXPECT_EQ(found.broken, 0) << kind.name << ": " << found.worst_energy << " J";
   }
 }
 
 TEST(GuardSearch, DelayThatIsNotStatedIsFound) {
-  for (const bool acceleration : {false, true})
-    EXPECT_GT(search({"planted", acceleration, false, false, 1}, 200000, 7).broken, 0) << acceleration;
+  for (const bool acceleration : {false, true}) {
+    const Kind planted{"planted", acceleration, false, false, 1};
+    EXPECT_GT(search(planted, 200000, 7).broken, 0) << acceleration;
+    EXPECT_GT(search<axes_of_a_base>(planted, 200000, 7).broken, 0) << acceleration;
+  }
 }
 
 /// Cycles of up to a millisecond, and no energy lent.

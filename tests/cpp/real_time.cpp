@@ -6,6 +6,7 @@
 #include <memory>
 #include <new>
 #include <random>
+#include <span>
 
 #include "../../bindings/c/needleforce_guard.h"
 #include "../proof/c_layers.hpp"
@@ -192,7 +193,7 @@ double guarded(Guard<Engine> guard, RandomInput input, int n) {
 GuardSettings random_settings(std::mt19937_64& generator) {
   GuardSettings settings;
   do
-    for (const auto& row : GuardSettings::table) {
+    for (const auto& row : std::span(GuardSettings::table).first(GuardSettings::settings_of_a_depth)) {
       const double high = std::min(row.high, 1e3), place = static_cast<double>(generator() % 1001) * 1e-3;
       settings.*row.member = generator() % 3 == 0 ? row.initial : along(row.low, high, place);
       if (row.member == &GuardSettings::delay) settings.delay = std::floor(settings.delay);

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "bending.hpp"
+#include "needleforce/base_guard.hpp"
 #include "needleforce/bending/tip_estimator.hpp"
 #include "needleforce/solid/bent_in_solid.hpp"
 #include "real_time.hpp"
@@ -71,6 +72,46 @@ TEST(RealTime, NeedleThatBendsAllocatesNothingOnAnyFoundation) {
     expect_sound(bent(bending::SpatialInsertion(with_bevel(), bevelled(form)), 10000), "in space");
     expect_sound(bent(bending::PlanarInsertion(with_bevel(), bevelled(form)), 20000), "in a plane");
   }
+}
+
+TEST(RealTime, GuardOfANeedleThatBendsAllocatesNothingAndKeepsItsLimits) {
+  static FlightRecorder<256, BaseCycle> recorder;
+  const GuardSettings settings{.max_force = 0.25,
+                               .max_slew = 500.0,
+                               .stale_after = 2e-3,
+                               .fall_time = 10e-3,
+                               .longest_cycle = 2e-3,
+                               .max_speed = 0.5,
+                               .delay = 2.0,
+                               .position_error = 1e-6,
+                               .max_lateral_force = 0.1,
+                               .max_moment = 1e-3,
+                               .max_angular_speed = 2.0,
+                               .angle_error = 1e-5};
+  Guard guard(bending::SpatialInsertion(with_bevel(), bevelled(FoundationForm::linear)), settings);
+  RandomInput input(2e-5), aside(1e-6);
+  double force = 0.0, lateral = 0.0, moment = 0.0;
+  bool finite = true;
+  armed = true;
+  for (int i = 0; i < 50000; ++i) {
+    const bending::Base base{.depth = input.depth(), .lateral = {0.1 * aside.depth(), 0.0}, .roll = 1e-3 * i};
+    const double dt = input.dt();
+    const BaseOutput output = i % 17 == 0 ? guard.miss(dt) : guard.step(base, dt);
+    recorder.write(base, dt, output);
+    const BaseForce& f = output.force;
+    force = std::fmax(force, std::abs(f.depth));
+    lateral = std::fmax(lateral, std::hypot(f.lateral[0], f.lateral[1]));
+    moment = std::fmax(moment, std::hypot(f.tilt[0], f.tilt[1], f.roll));
+    finite = finite && std::isfinite(f.depth + f.lateral[0] + f.lateral[1] + f.tilt[0] + f.tilt[1] + f.roll +
+                                     output.energy + output.reserve);
+  }
+  armed = false;
+  EXPECT_TRUE(finite);
+  EXPECT_TRUE(force > 0.0 && force <= 0.25);
+  EXPECT_TRUE(lateral > 0.0 && lateral <= 0.1 * (1.0 + 1e-12));
+  EXPECT_TRUE(moment > 0.0 && moment <= 1e-3 * (1.0 + 1e-12));
+  EXPECT_EQ(allocations, 0);
+  allocations = 0;
 }
 
 TEST(RealTime, NeedleThatBendsInASolidAllocatesNothing) {

@@ -14,8 +14,7 @@ import needleforce as nf
 from needleforce.bench_tests import StressCurve, fit_stress, needle_modulus, penetration_test, three_point_modulus
 from needleforce.cli import app
 from needleforce.identification import fit_indentation, fit_unloading
-from needleforce.identification.statistics.curve_noise import curve_noise
-from needleforce.identification.statistics.evidence import departure, residual_departure, start_slope
+from needleforce.identification.statistics.evidence import curve_noise, departure, residual_departure, start_slope
 
 
 def run(*arguments):

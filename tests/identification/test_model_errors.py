@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce.identification.one_layer.puncture_force import filter_of_the_fall
 from needleforce.identification.statistics.noise import slow_noise
-from needleforce.identification.timing import filter_of_the_fall
 
 SPEED, RATE, NOISE = 3e-3, 500.0, 4e-3
 FRICTION, CUTTING, CONTACT, PUNCTURE = 25.0, 0.08, 1.0e-3, 5.0e-3

@@ -10,14 +10,9 @@ from stranger_faults import plain
 
 import needleforce as nf
 from needleforce.identification.motion import DepthSignal
-from needleforce.identification.timing import (
-    MAX_LAG_S,
-    SIGNIFICANT,
-    filter_of_the_fall,
-    lag_search,
-    lateness,
-    undeclared_filter,
-)
+from needleforce.identification.one_layer.puncture_force import filter_of_the_fall
+from needleforce.identification.statistics.noise import undeclared_filter
+from needleforce.identification.timing import MAX_LAG_S, SIGNIFICANT, lag_search, lateness
 
 NOISE = 4e-3
 
@@ -181,3 +176,14 @@ def test_a_late_depth_is_one_cause_with_a_number(late, hold):
 def test_a_depth_that_is_not_late_is_not_taken_back(layers):
     for seed in range(6):
         assert lateness(late_stranger(seed, 0.0, [0.0, 0.3, 2.0][seed % 3], layers)[0]) is None
+
+
+@pytest.mark.parametrize("deviation, held, seen", [(0.2, 1, False), (0.5, 10, False), (1.0, 1, True), (30.0, 10, True)])
+def test_an_axis_across_that_freezes_is_named_and_a_coarse_or_slow_one_is_not(run, deviation, held, seen):
+    """``deviation`` in steps of the sensor, whose mean drifts over two of them; every value logged ``held`` times."""
+    draw, place, half = np.random.default_rng(11), np.arange(len(run)) // held * held, len(run) // 20 * 10
+    fx = 1e-3 * np.round(np.linspace(0.0, 2.0, len(run)) + draw.normal(0.0, deviation, len(run)))[place]
+    for values, expected in ((fx, False), (np.where(np.arange(len(run)) < half, fx, fx[half]), seen)):
+        fit = nf.identify(dataclasses.replace(run, axes={"fx": values}), model="paper")
+        named = [each for each in fit.warnings if "froze" in each]
+        assert len(named) == expected and all(f"from {run.time[half]:.2f} s" in each for each in named)

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same insertions in C++, C, Python and WebAssembly give the same values. Other tests check that these values are
-right."""
+"""The same insertions in C++, C, Python and WebAssembly, in Node and in a browser, give the same values. Other tests
+check that these values are right."""
 
 import re
-import shutil
 import subprocess
 import sys
 
 import numpy as np
 import pytest
+from browser import CHROMIUM, WITHOUT
 
 from needleforce import core
 from needleforce.models.laws import FAMILIES, laws_of
@@ -16,7 +16,7 @@ from needleforce.models.laws import FAMILIES, laws_of
 # relative to the largest value of each column: every language has its own mathematics library. The sweeps of a solid
 # end when no node moves by more than 1e-9 m: after as many in every language, as changes differ by last bits alone
 TOLERANCE = 1e-12
-FACES = ("c++", "c", "python", "wasm")
+FACES = ("c++", "c", "python", "wasm", "browser")
 # columns of a step: numbers, then words
 NUMBERS, FORCES = 9, slice(2, 7)
 # of a needle that bends: tip, tangent, wrench, force, lateral, unsupported length; columns of one unit
@@ -45,15 +45,10 @@ def c_trace(root, folder):
     return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", folder / "all.o", "-lm")
 
 
-@pytest.fixture(scope="module")
-def wasm(root, tmp_path_factory):
-    """The folder with needleforce.mjs."""
-    missing = [tool for tool in ("clang++-19", "node") if shutil.which(tool) is None]
-    if missing:
-        pytest.skip(f"no {' and no '.join(missing)}: tools/system_packages.sh proof installs what WebAssembly needs")
-    folder = tmp_path_factory.mktemp("wasm")
-    subprocess.run([root / "bindings" / "wasm" / "build.sh", folder], check=True)
-    return folder
+def in_browser(source, wasm) -> list:
+    if CHROMIUM is None:
+        pytest.skip(WITHOUT)
+    return [sys.executable, source / "in_browser.py", wasm]
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +61,7 @@ def trace(root, tmp_path_factory, request):
         "c": lambda: c_trace(root, folder),
         "python": lambda: [sys.executable, source / "trace.py"],
         "wasm": lambda: ["node", source / "trace.mjs", request.getfixturevalue("wasm") / "needleforce.mjs"],
+        "browser": lambda: in_browser(source, request.getfixturevalue("wasm")),
     }
 
     def of(face: str) -> dict:

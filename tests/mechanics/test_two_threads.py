@@ -121,6 +121,18 @@ def test_what_uses_an_engine_that_runs_is_refused():
     assert not is_refused(tried["guard.step"])
 
 
+def test_guard_of_a_needle_that_runs_is_refused():
+    engine, repeats, inputs = flexible()
+    guard = core.BaseGuard(engine, core.GuardSettings())
+    tried = {
+        "step": lambda: guard.step(0.0, (0.0, 0.0), (0.0, 0.0), 0.0, 1e-3),
+        "miss": lambda: guard.miss(1e-3),
+        "reset": guard.reset,
+    }
+    refused, _ = refused_while_it_runs(engine, inputs(np.tile(MOTION, repeats)), tried)
+    assert refused == set(tried)
+
+
 def test_python_without_the_interpreters_lock_is_refused_by_name():
     flags = "type('Flags', (), {'gil': 0, '__getattr__': lambda self, name, flags=sys.flags: getattr(flags, name)})()"
     program = f"import sys; sys.flags = {flags}; import needleforce.core"

@@ -11,6 +11,8 @@
 
 #include "bent_from_bytes.hpp"
 #include "c_bending.hpp"
+#include "needleforce/base_guard.hpp"
+#include "planted.hpp"
 
 namespace needleforce::proof {
 
@@ -44,6 +46,7 @@ class BentTrial {
         engine_(std::make_unique<Engine>(axial, settings)),
         shadow_(std::make_unique<Engine>(*engine_)),
         kept_(std::make_unique<typename Engine::Saved>(engine_->save())),
+        guard_(answer_, guarded),
         c_axial_(layers, limits, bevel) {
     constexpr bool in_c = dimension == 2 && std::is_same_v<Axial, Insertion>;
     if (!in_c || settings.small_slopes || !c_axial_.made() || settings.beam.elements == 0) return;
@@ -53,8 +56,9 @@ class BentTrial {
   }
 
   void ask(const from_bytes::BentCycle& cycle) {
+    look_at(guard_.miss(1e-5 * cycle.where));
     if (cycle.ask == from_bytes::Ask::reset) {
-      engine_->reset(), shadow_->reset();
+      engine_->reset(), shadow_->reset(), guard_.reset();
       if (c_) c_->reset();
       return;
     }
@@ -78,7 +82,9 @@ class BentTrial {
     const bending::BentSample sample = engine_->step(base, dt);
     require(same_bent(sample, shadow_->step(base, dt)), "saved bytes continue as the needle does");
     if (c_) require(same_bent(sample, c_->step(base, dt)), "C gives the bits of C++ for a needle");
-    if (made_) made_->step(base, dt);
+    planted_.step([](const auto& made) { return bent_numbers_of(made); }, base, dt);
+    answer_.sample = sample;
+    look_at(guard_.step(base, dt));
     check(sample);
     check_shape(sample);
     const double across = base.lateral[0] + base.lateral[1] + base.tilt[0] + base.tilt[1];
@@ -92,6 +98,33 @@ class BentTrial {
   }
 
  private:
+  /// An engine that has answered already.
+  struct Answer {
+    bending::BentSample sample{};
+    bending::BentSample step(const bending::Base&, double) noexcept { return sample; }
+  };
+  static constexpr GuardSettings guarded{.max_force = 3.0,
+                                         .max_slew = 1e3,
+                                         .stale_after = 5e-3,
+                                         .fall_time = 2e-2,
+                                         .longest_cycle = 2e-3,
+                                         .max_speed = 0.5,
+                                         .max_acceleration = 20.0,
+                                         .delay = 1.0,
+                                         .max_lateral_force = 1.0,
+                                         .max_moment = 0.1,
+                                         .max_angular_speed = 5.0};
+  void look_at(const BaseOutput& output) const {
+    const BaseForce& f = output.force;
+    for (const double number :
+         {f.depth, f.lateral[0], f.lateral[1], f.tilt[0], f.tilt[1], f.roll, output.energy, output.reserve})
+      require(std::isfinite(number), "every number of the guard of a needle is finite");
+    const double above = 1.0 + 1e-12;
+    require(std::abs(f.depth) <= guarded.max_force &&
+                std::hypot(f.lateral[0], f.lateral[1]) <= above * guarded.max_lateral_force &&
+                std::hypot(f.tilt[0], f.tilt[1], f.roll) <= above * guarded.max_moment,
+            "no force of a needle above its clamp");
+  }
   void check(const bending::BentSample& sample) const {
     for (const double number : bent_numbers_of(sample))
       require(std::isfinite(number), "every number of a needle is finite");
@@ -149,21 +182,23 @@ class BentTrial {
       max = std::max(max, std::abs(layer.tip_force));
     return (1.0 + 1e-12) * (std::abs(axial.lateral) + max);
   }
-  /// Altered bytes are refused; with right sums they are refused or lead to nothing outside memory.
+  /// Altered bytes are refused; with right sums they are refused or lead to numbers that are finite.
   void alter(std::size_t where, std::uint64_t change) {
-    using Words = decltype(kept_->bending.words);
     auto altered = std::make_unique<typename Engine::Saved>(*kept_);
-    const std::size_t words = std::tuple_size_v<Words>, axial = altered->axial.words.size();
-    // half of them where most of the state is that is no path
-    const std::size_t word = where % 2 ? words - 1 - where / 2 % 800 : where / 2 % (words + axial);
-    std::uint64_t& one = word < words ? altered->bending.words[word] : altered->axial.words[word - words];
-    one ^= change ? change : 1;
-    require(!made_ || !made_->restore(*altered), "altered bytes are refused");
-    altered->bending.checksum = altered->bending.sum();
-    altered->axial.checksum = altered->axial.sum();
-    if (!made_) made_ = std::make_unique<Engine>(*engine_);
-    made_->restore(*altered);
-    made_->shape([](const bending::Vector&) {});
+    altered->bending.words[where % altered->bending.words.size()] ^= change ? change : 1;
+    require(!engine_->restore(*altered), "altered bytes are refused");
+    planted_.restore(*engine_, [&](auto& saved) {
+      const std::size_t words = saved.bending.words.size(), near = words - 1 - where / 3 % 800;
+      // a third of them in the axial state, another where most is that is no path
+      if (where % 3 == 0)
+        plant(saved.axial, where / 3, change);
+      else
+        plant(saved.bending, where % 3 == 1 ? near : where / 3, change);
+    });
+    planted_.engine()->shape([](const bending::Vector& point) {
+      for (const double number : point)
+        require(std::isfinite(number), "the shape from planted bytes is finite");
+    });
   }
 
   bending::FlexibleSettings settings_;
@@ -172,8 +207,11 @@ class BentTrial {
   bending::Base at_{};
   double solutions_ = 0.0;
   bounds::Parts max_;
-  std::unique_ptr<Engine> engine_, shadow_, made_;
+  std::unique_ptr<Engine> engine_, shadow_;
+  Planted<Engine> planted_;
   std::unique_ptr<typename Engine::Saved> kept_;
+  Answer answer_{};
+  Guard<Answer&> guard_;
   CFace c_axial_;
   std::unique_ptr<CNeedle> c_;
 };

@@ -148,7 +148,9 @@ inline Bevel bevel(Bytes& bytes) { return bytes.below(2) == 0 ? Bevel{} : number
 /// Whole delays, and an energy controller now and then.
 inline GuardSettings guard_settings(Bytes& bytes) {
   if (bytes.below(2) == 0) return {};
-  GuardSettings settings = numbers_of<GuardSettings>(bytes);
+  GuardSettings settings;
+  for (const auto& row : std::span(GuardSettings::table).first(GuardSettings::settings_of_a_depth))
+    settings.*row.member = bytes.number(row.low, row.high);
   settings.delay = bytes.number(0.0, 0.0) + static_cast<double>(bytes.below(max_delay + 2));
   if (bytes.below(2) == 0) settings.max_speed = settings.max_acceleration = unlimited;
   return settings;

@@ -5,6 +5,7 @@
 #include "../../bindings/c/needleforce_bend.cpp"
 #include "../../bindings/c/needleforce_guard.cpp"
 #include "../../bindings/c/needleforce_solid.cpp"
+#include "needleforce/base_guard.hpp"
 #include "needleforce/bending/flexible_insertion.hpp"
 #include "needleforce/bending/tip_estimator.hpp"
 #include "needleforce/flight_recorder.hpp"
@@ -47,6 +48,13 @@ using needleforce::Sample;
   nf_guard_reset(guard);
 }
 
+[[maybe_unused]] void c_base_guard(nf_base_guard* guard, const nf_base* base, nf_base_output* output) noexcept
+    [[clang::nonblocking]] {
+  nf_base_guard_step(guard, base, 1e-3, output);
+  nf_base_guard_miss(guard, 1e-3, output);
+  nf_base_guard_reset(guard);
+}
+
 [[maybe_unused]] size_t c_bend(nf_bend* needle, const nf_base* base, nf_bent* sample, double* points,
                                void* bytes, size_t size) noexcept [[clang::nonblocking]] {
   nf_bend_step(needle, base, 1e-3, sample);
@@ -61,6 +69,15 @@ using needleforce::Sample;
   recorder.write(0.0, 0.0, 1e-3, guard.step(0.0, 0.0, 1e-3));
   guard.miss(1e-3);
   guard.reset();
+}
+
+[[maybe_unused]] double base_guarded(
+    needleforce::Guard<needleforce::bending::SpatialInsertion>& guard,
+    needleforce::FlightRecorder<8, needleforce::BaseCycle>& recorder) noexcept [[clang::nonblocking]] {
+  recorder.write({}, 1e-3, guard.step({}, 1e-3));
+  const double force = guard.miss(1e-3).force.lateral[0];
+  guard.reset();
+  return force;
 }
 
 // a needle that bends

@@ -5,6 +5,7 @@
 #include "../../bindings/c/needleforce_solid.h"
 #include "bent_trial.hpp"
 #include "needleforce/solid/bent_in_solid.hpp"
+#include "planted.hpp"
 #include "trial.hpp"
 
 namespace {
@@ -111,12 +112,15 @@ class SolidTrial {
     } else {
       require(engine_.restore(kept_) == valid_ && shadow_.restore(kept_) == valid_,
               "saved bytes are taken back");
-      if (valid_) c_.restore(cycle.where, cycle.change);
+      if (!valid_) return;
+      c_.restore(cycle.where, cycle.change);
+      planted_.restore(engine_, [&](auto& saved) { proof::plant(saved, cycle.where, cycle.change); });
     }
   }
   void step(double depth, double velocity, double dt) {
     const Sample sample = engine_.step(depth, velocity, dt);
     require(same(sample, shadow_.step(depth, velocity, dt)), "saved bytes continue as the solid does");
+    planted_.step([](const Sample& made) { return proof::numbers_of(made); }, depth, velocity, dt);
     if (valid_) require(same(sample, c_.step(depth, velocity, dt)), "C gives the bits of C++ for a solid");
     for (const double number : proof::numbers_of(sample))
       require(std::isfinite(number), "every number of a solid is finite");
@@ -140,6 +144,7 @@ class SolidTrial {
   bounds::Parts max_;
   CondensedInsertion engine_, shadow_;
   CondensedInsertion::Saved kept_;
+  proof::Planted<CondensedInsertion> planted_;
   CSolid c_;
 };
 

@@ -3,6 +3,7 @@
 are read, and what a program left in the path of Python."""
 
 import os
+import re
 import subprocess
 import sys
 import time
@@ -12,9 +13,11 @@ import pytest
 
 import needleforce as nf
 from needleforce.acquisition.sources.gauge_calibration import read_calibration
+from needleforce.bench_tests.reading import read_bending, read_stress
 from needleforce.campaign import campaign
 from needleforce.recording.formats import worker
 from needleforce.recording.formats.detect import tables_of
+from needleforce.steering import BaseMotion
 
 DOUBLED = "a: &a0 {x: 1}\n" + "".join(f"b{k}: &a{k + 1} {{!!merge x: *a{k}, !!merge y: *a{k}}}\n" for k in range(30))
 DESCRIPTIONS = {
@@ -143,7 +146,7 @@ def test_two_readers_of_a_growing_file_read_what_was_there(tmp_path):
                 assert min(counts) >= 60 and len(nf.read(path)) >= 60
 
 
-SECRET = "hunter2"
+SECRET, PIN = "hunter2", "4711 0815"
 PRIVATE = {
     "netrc": f"machine example.org login anna password {SECRET}4\n",
     "key": f"-----BEGIN OPENSSH PRIVATE KEY-----\nb3BlbnNzaC1r{SECRET}\nxyz\n",
@@ -151,6 +154,8 @@ PRIVATE = {
     "markup": f"<a><b>{SECRET}</b></a>\n",
     "section": f"[{SECRET}]\nuser={SECRET}1\npass=3\n",
     "rows without header": f"{SECRET};1980;12.5\nOtto;1979;13.5\nEva;1971;14.5\n",
+    "header": f"{SECRET} {SECRET}1\n" + "".join(f"{k} {k % 7}\n" for k in range(30)),
+    "rows of numbers": "".join(f"{PIN}{k % 3}\n" for k in range(30)),
     "rows with text": "".join(f"{SECRET} {k} {k + 1} text{k}\n" for k in range(30)),
 }
 
@@ -158,9 +163,29 @@ PRIVATE = {
 @pytest.mark.parametrize("content", PRIVATE.values(), ids=PRIVATE)
 def test_no_text_of_a_file_that_is_no_recording_stands_in_its_message(tmp_path, content):
     (tmp_path / "a.txt").write_text(content)
-    with pytest.raises(nf.InputError) as refused:
-        nf.read(tmp_path / "a.txt")
-    assert SECRET not in str(refused.value) and refused.value.next_step
+    sought = {}, {"columns": {"force": "hunter"}}, {"columns": {"depth": 1, "time": 2}}, {"segment": {"pin": "1"}}
+    reads = [lambda path, options=options: nf.read(path, **options) for options in sought]
+    for read in (*reads, nf.steering.read, nf.steering.read_shapes, BaseMotion.read, read_stress, read_bending):
+        with pytest.raises(nf.InputError) as refused:
+            read(tmp_path / "a.txt")
+        message = str(refused.value)
+        assert SECRET not in message and not set(PIN.split()) & set(re.findall(r"\w+", message))
+
+
+def test_options_that_are_a_link_out_of_the_folder_are_read_when_named(tmp_path):
+    folder, elsewhere = tmp_path / "recordings", tmp_path / "mine.toml"
+    folder.mkdir()
+    _text(folder / "a.csv", 1.5)
+    elsewhere.write_text('[units]\nforce = "-N"\n')
+    (folder / "needleforce.toml").symlink_to(elsewhere)
+    with pytest.raises(nf.InputError, match=r"needleforce.toml is a link, leads out of .*--as, or copy it") as refused:
+        nf.read(folder / "a.csv")
+    assert str(folder) in refused.value.place
+    assert nf.read(folder / "a.csv", mapping=folder / "needleforce.toml", baseline=False).force[0] == -1.5
+    (folder / "needleforce.toml").unlink()
+    (folder / "b.toml").write_text(elsewhere.read_text())
+    (folder / "needleforce.toml").symlink_to("b.toml")
+    assert nf.read(folder / "a.csv", baseline=False).force[0] == -1.5
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from mcap.reader import make_reader
 import needleforce as nf
 from needleforce.campaign.folder_files import find_files
 from needleforce.recording.log import LogWriter, read_log, to_recording, topics, writer
+from needleforce.recording.log.mcap_records import RecordReader
 from needleforce.recording.recording import COLUMNS
 
 COUNT, PART = 900, 256
@@ -159,6 +160,26 @@ def test_readers_of_a_recording_that_grows(tmp_path):
         seen.append(len(readers[0].files))
     log.close({})
     assert seen == sorted(seen) and seen[-1] == 4
+
+
+def test_no_reading_is_missing_where_the_recorder_begins_a_part_while_one_is_read(tmp_path, monkeypatch):
+    log, walked, more = write(tmp_path / "run.mcap", count=200, close=False, part_samples=PART), [], range(200, 300)
+
+    def then_written(self, *given):
+        yield from walk(self, *given)
+        for number in more if not walked else ():
+            stamp = plain_log.START + number * 1_000_000
+            log.wrench(number, stamp, number * 1_000_000, stamp, (0.0,) * 6)
+        walked.append(self.path.name)
+        log.flush()
+
+    walk = RecordReader._walk
+    monkeypatch.setattr(RecordReader, "_walk", then_written)
+    for count in (200, 300):
+        found = read_log(tmp_path / "run.mcap").wrench
+        assert len(found) == count and (np.diff(found.sequence) == 1).all()
+    log.close({})
+    assert walked == [PARTS[0], PARTS[0], PARTS[1]]
 
 
 def test_a_disk_that_is_full_at_the_next_part_leaves_a_complete_file(tmp_path, monkeypatch):

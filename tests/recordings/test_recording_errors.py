@@ -33,8 +33,8 @@ def with_values(**values):
         (GOOD[0] + "\n" + GOOD[1] + "\n", "number of samples is 1, at least 2 are needed"),
         (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", "run.csv: file is binary.*Export the recording as CSV"),
         (GOOD[0].encode("utf-16"), "run.csv: number of samples is 0, the file ends after its header"),
-        ("\n".join(GOOD[1:]), "no column holds the time and the force and the depth, the file has no header; its first "
-                              "row is 0.0, -0.005.*or number.*--column time=1 --column force=3 --column depth=2"),
+        ("\n".join(GOOD[1:]), "no column holds the time and the force and the depth, the file has no header; inspect "
+                              "shows its columns.*or number.*--column time=1 --column force=3 --column depth=2"),
         ("force_N\n1\n2\n", "no column holds the time and the depth, the columns are 'force_N'.*--rate-hz.*--step-um"),
         (changed(7, "0.1,abc,0.0"), r"run.csv, line 7: depth \(column 'depth_m'\) is 'abc', a number is needed"),
         (changed(7, "0.1,-0.005"), "run.csv, line 7: number of cells is 2, the header has 3.*Correct or remove"),

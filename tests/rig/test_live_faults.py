@@ -173,7 +173,7 @@ def test_datagrams_on_the_link_are_lost_when_another_stream_begins():
     assert min(unpack_records(one.data)[0].sequence for one in rig.datagrams(2.0)) == 1
 
 
-@pytest.mark.parametrize("text", ["lost", "lost=", "lost=x", "=", ""])
+@pytest.mark.parametrize("text", ["lost", "lost=", "lost=x", "lost=0_1", "=", ""])
 def test_invalid_texts_of_faults_are_refused(text):
     with pytest.raises(InputError, match="fault"):
         checked_faults(dict([parse_fault(text)]))

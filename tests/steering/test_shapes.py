@@ -120,7 +120,7 @@ def test_shapes_of_fibre_and_camera_follow_from_base_and_tip(recordings):
     fibre, camera = ([each for each in shapes if kind in each.name] for kind in ("fbg", "cam"))
     assert len(fibre) == len(camera) == 20
     fit = identify(fibre, NEEDLE)
-    assert max(fit.rms.values()) < 0.12e-3
+    assert max(fit.rms.values()) < 0.08e-3  # 0.04 to 0.07 mm
     off, between = [], []
     for measured, seen in zip(fibre, camera):
         predicted = fit.predict(measured)
@@ -128,5 +128,5 @@ def test_shapes_of_fibre_and_camera_follow_from_base_and_tip(recordings):
         at = NeedleShape("predicted", measured.depth, predicted).at(far[:, 2])
         off.append(np.sqrt(np.mean(np.sum((at - far[:, :2]) ** 2, axis=1))))
         between.append(np.sqrt(np.mean(np.sum((measured.at(far[:, 2]) - far[:, :2]) ** 2, axis=1))))
-    # 0.22 to 0.36 mm, where fibre and camera are 0.18 to 0.33 mm apart
+    # 0.21 to 0.35 mm, where fibre and camera are 0.18 to 0.33 mm apart
     assert np.median(off) < 1.15 * np.median(between)

@@ -52,6 +52,7 @@ def test_linear_tissue_is_found_within_its_intervals():
         # the readings were made in another order of push and motion: within twice the interval
         assert abs(math.log(each.value / true)) < 2.0 * math.log(each.high / each.low) + 0.1, name
     assert found["modulus"].identifiable
+    assert found["surface"].low < 0.0 < found["surface"].high
     assert max(fit.rms.values()) < 0.4e-3
 
 
@@ -94,6 +95,16 @@ def test_a_single_insertion_has_no_left_out_error():
     fit = identify([generated("one", motions(rng)[2], rng)], NEEDLE, model="linear")
     assert fit.left_out == {}
     assert np.all(np.isfinite(fit.uncertainty(generated("two", motions(rng)[2], rng))))
+
+
+def test_one_steered_insertion_is_not_predicted_from_those_that_show_no_steering():
+    rng = np.random.default_rng(5)
+    paths = [generated(str(i), base, rng) for i, base in enumerate(motions(rng))]
+    fit = identify([paths[0], paths[2]], NEEDLE, model="linear")
+    for path in paths[3:]:
+        np.testing.assert_array_equal(fit.predict(path), fit.predict(path, by="mechanics"))
+        assert lateral(fit.predict(path), path) < 1e-3
+    assert not any("take predict" in remark for remark in fit.remarks())
 
 
 def test_what_cannot_be_identified_is_refused():
@@ -257,6 +268,9 @@ def test_where_the_mechanics_are_wrong_the_simple_model_is_advised_and_counts():
         for by in ("prediction", "unicycle", "bicycle", "regression")
     }
     assert sizes["prediction"] < 1.05 * min(sizes.values())
+    # plans are made by the mechanics, and are as far off as these
+    planned = nf.steering.plan(fit.model, (0.0, 0.0, 0.06))
+    assert planned.sd[-1] > 1.5 * fit.uncertainty(planned.problem.path(planned.motion))[-1]
     inside = [
         np.abs(fit.predict(path) - path.tip)[:, :2] < 1.96 * np.hypot(fit.uncertainty(path), 0.1e-3)[:, None]
         for path in paths[4:]

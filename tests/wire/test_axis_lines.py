@@ -43,7 +43,20 @@ def test_commands_are_read():
 
 
 @pytest.mark.parametrize(
-    "line", ["", "move", "move 1", "move a b", "move nan 1", "move inf 1", "site -1", "state 1", "go", "stop now"]
+    "line",
+    [
+        "",
+        "move",
+        "move 1",
+        "move a b",
+        "move nan 1",
+        "move inf 1",
+        "site -1",
+        "move 1_0 1",
+        "state 1",
+        "go",
+        "stop now",
+    ],
 )
 def test_invalid_commands_are_refused(line):
     with pytest.raises(InputError, match="line of the axis"):

@@ -38,6 +38,7 @@ def test_a_configuration_is_unchanged_by_writing_and_reading():
         (b"<cfgcpf>1000000<", b"<cfgcpf>many<", "<cfgcpf>"),
         (b"<cfgcpt>1000000</cfgcpt>", b"", "<cfgcpt>"),
         (b"<comrdtrate>1000<", b"<comrdtrate>nan<", "<comrdtrate>"),
+        (b"<comrdtrate>1000<", b"<comrdtrate>1_000<", "<comrdtrate>"),
         (b"<scfgfu>N<", b"<scfgfu>stone<", "<scfgfu>"),
         (b"</netft>", b"", "not readable"),
         (b"<netft>", b'<!DOCTYPE a [<!ENTITY b "c">]><netft>', "not readable"),

@@ -41,6 +41,15 @@ class BeamEquilibrium {
     return outcome;
   }
 
+  /// Looks at what came from outside. Wait-free.
+  void check(StateCheck& check) const noexcept {
+    mesh_.check(check);
+    check.numbers("beam.force", force_);
+    check.numbers("beam.moment", moment_);
+    check.numbers("beam.pressure", pressure_);
+    check.number("beam.pressing", pressing_, 0.0, largest_in_a_state);
+  }
+
   const BeamMesh<dimension>& mesh() const noexcept { return mesh_; }
   /// Lateral force [N] and moment [N m] of the tissue on the needle at the base, in the planes of x and z, y
   /// and z.

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <span>
 
+#include "../state_check.hpp"
 #include "beam_element.hpp"
 #include "needle_section.hpp"
 
@@ -74,11 +75,13 @@ class BeamMesh {
   std::size_t count() const noexcept { return count_; }
   std::size_t surface() const noexcept { return surface_; }    ///< number of the node at the surface
   std::size_t embedded() const noexcept { return embedded_; }  ///< number of elements in the tissue
-  /// True for a mesh from outside whose numbers of nodes agree and whose elements are no longer than a
-  /// needle.
-  bool possible() const noexcept {
-    return surface_ <= max_sections + 1 && embedded_ <= max_elements && h_ >= shortest_free && h_ <= 10.0 &&
-           (count_ == 0 ? surface_ + embedded_ == 0 : count_ == surface_ + embedded_ + 1);
+  /// Looks at a mesh from outside: numbers of nodes that agree, elements no longer than a needle. Wait-free.
+  void check(StateCheck& check) const noexcept {
+    check.require("beam.count",
+                  surface_ <= max_sections + 1 && embedded_ <= max_elements &&
+                      (count_ == 0 ? surface_ + embedded_ == 0 : count_ == surface_ + embedded_ + 1));
+    check.number("beam.h", h_, shortest_free, 10.0);
+    check.numbers("beam.nodes", nodes_);
   }
   double h() const noexcept { return h_; }  ///< length of an element in the tissue; scale of rotations [m]
 

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "../state_check.hpp"
+
 namespace needleforce::bending {
 
 /// Nodes at fixed places in the tissue, and the front, which the tip writes. Between nodes the path is
@@ -43,10 +45,17 @@ class CutPath {
 
   void clear() noexcept { count_ = 0, front_ = 0.0; }
 
-  /// True for a path from outside that has these nodes and ends after the last of them. Wait-free.
-  bool possible(double apart) const noexcept {
-    if (!(spacing == apart && per_spacing_ == 1.0 / apart && count_ <= capacity)) return false;
-    return count_ == 0 ? front_ == 0.0 : front_ >= last_node() - spacing && front_ <= next_node() + spacing;
+  /// Looks at a path from outside: it has nodes so far `apart` [m] and ends after the last of them.
+  /// Wait-free.
+  void check(StateCheck& check, double apart) const noexcept {
+    check.require("path.spacing", spacing == apart && per_spacing_ == 1.0 / apart);
+    check.require("path.count", count_ <= capacity);
+    check.require("path.front", count_ == 0
+                                    ? front_ == 0.0
+                                    : front_ >= last_node() - spacing && front_ <= next_node() + spacing);
+    check.numbers("path.nodes", nodes_);
+    check.numbers("path.yielded", yielded_);
+    check.numbers("path.front_place", front_place_);
   }
 
   /// Writes the front, and a node where it comes to the next one. Wait-free.

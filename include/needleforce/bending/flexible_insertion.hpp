@@ -32,7 +32,7 @@ class FlexibleInsertion {
       : axial_(axial),
         settings_(settings),
         valid_(axial.accepted() && !fault(settings)),
-        yields_(settings.beam.yields()),
+        yields_(valid_ && settings.beam.yields()),
         model_(number_of(axial, settings)),
         state_(settings.lengths.path_spacing) {}
 
@@ -61,11 +61,18 @@ class FlexibleInsertion {
   /// Restores a memory; returns false and changes nothing for bytes of another version, model or settings,
   /// altered bytes, or a state that no needle can have. Wait-free.
   bool restore(const Saved& bytes) noexcept {
-    if (!valid_ || !belongs(bytes.bending, model_)) return false;
-    const FlexibleState<dimension> state = bytes.bending.state();
-    if (!possible(state, settings_) || !axial_.restore(bytes.axial)) return false;
-    state_ = state;
+    if (restore_fault(bytes)) return false;
+    axial_.restore(bytes.axial);
+    state_ = bytes.bending.state();
     return true;
+  }
+  /// Why `restore` refuses a memory, as the part of it that is at fault, or nullptr. Wait-free.
+  const char* restore_fault(const Saved& bytes) const noexcept {
+    if (!valid_) return "model of this insertion";
+    if (const char* part = foreign_part(bytes.bending, model_)) return part;
+    StateCheck check;
+    bending::check(check, bytes.bending.state(), settings_);
+    return check.fault() ? check.fault() : axial_.restore_fault(bytes.axial);
   }
 
   /// Calls `visit` with the points of the needle from the base to the tip [m], none before the first step.
@@ -129,7 +136,7 @@ class FlexibleInsertion {
   /// The last force for a bounded time, then none; the needle stays where it was.
   BentSample refuse(Status status, double dt) noexcept {
     const bool waits = dt > 0.0 && std::isfinite(dt);
-    if (waits) state_.waited += dt;
+    if (waits) state_.waited = std::min(state_.waited + dt, longest);
     BentSample sample = state_.last;
     if (!(valid_ && waits && state_.waited <= axial_.limits().hold_time)) {
       sample.force = sample.lateral = 0.0;
@@ -325,7 +332,17 @@ class FlexibleInsertion {
   /// withdrawal.
   double full_tip_force(double depth) const noexcept {
     const double left = std::max(0.0, 1.0 - behind(depth) / settings_.lengths.unloading);
-    return state_.sample.lateral + layer_at(depth).tip_force * left;
+    return state_.sample.lateral + tip_force_at(depth) * left;
+  }
+  /// That of the layers within half a spacing of the path: so the path, straight between its nodes, turns
+  /// where they meet.
+  double tip_force_at(double depth) const noexcept {
+    const BeamProperties& beam = settings_.beam;
+    double force = beam.layers[0].tip_force;
+    for (std::size_t i = 1; i < beam.layer_count; ++i)
+      force += (beam.layers[i].tip_force - beam.layers[i - 1].tip_force) *
+               std::clamp(0.5 + (depth - beam.layers[i].top) / state_.path.spacing, 0.0, 1.0);
+    return force;
   }
   /// How far the tip is behind the front, apart from what the noise of the depth explains [m].
   double behind(double depth) const noexcept {

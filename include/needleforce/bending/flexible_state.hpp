@@ -2,6 +2,7 @@
 // What a needle that bends remembers between two steps: plain numbers, copied as they are.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -38,21 +39,37 @@ struct FlexibleState {
   bool started = false, embedded = false, buckled = false;
 };
 
-inline bool possible(const BentSample& sample) noexcept {
-  return needleforce::possible(sample.axial) && sample.status >= Status::ok &&
-         sample.status <= Status::not_finite && is_flag(sample.buckled) && is_flag(sample.moved);
-}
-/// True for a state from outside that a needle with these settings can have, as far as a step relies on it:
-/// numbers of nodes, words, flags, and the lengths from which nodes are counted. Wait-free.
+/// Looks at what a needle with these settings remembers. Wait-free.
 template <std::size_t dimension>
-bool possible(const FlexibleState<dimension>& state, const FlexibleSettings& settings) noexcept {
-  if (!is_flag(state.started) || !is_flag(state.embedded) || !is_flag(state.buckled)) return false;
+void check(StateCheck& check, const FlexibleState<dimension>& state,
+           const FlexibleSettings& settings) noexcept {
+  for (const bool* flag :
+       {&state.started, &state.embedded, &state.buckled, &state.last.buckled, &state.last.moved})
+    check.flag("flags", *flag);
+  if (check.fault()) return;  // flags are read below
   const double spacing = settings.lengths.path_spacing;
-  return state.path.possible(spacing) && state.embedded == !state.path.empty() &&
-         state.beam.mesh().possible() && (state.beam.mesh().count() > 0 || !state.started) &&
-         needleforce::possible(state.sample) && possible(state.last) &&
-         std::abs(state.base.depth) <= farthest && state.base.depth <= state.path.longest() &&
-         state.waited >= 0.0 && state.moved_across >= 0.0 && state.moved_across <= 2.0 * spacing;
+  state.path.check(check, spacing);
+  state.beam.check(check);
+  check.require("embedded", state.embedded == !state.path.empty());
+  check.require("started", !state.started || state.beam.mesh().count() > 0);
+  check.word("last.status", state.last.status, Status::not_finite);
+  check.sample("sample", state.sample);
+  check.sample("last.axial", state.last.axial);
+  check.numbers("last", std::array{state.last.force, state.last.lateral, state.last.unsupported});
+  check.numbers("last.tip", state.last.tip);
+  check.numbers("last.tangent", state.last.tangent);
+  check.numbers("last.wrench", state.last.wrench, 1e100);
+  check.number("base.depth", state.base.depth, -farthest, std::min(farthest, state.path.longest()));
+  check.numbers("base.lateral", state.base.lateral, farthest);
+  check.numbers("base.tilt", state.base.tilt, 1.0);
+  check.require("base.roll", std::isfinite(state.base.roll));
+  check.numbers("tip_load", state.tip_load.share(), 1.0 + 1e-9);
+  for (const std::array<double, dimension>* each : {&state.touch, &state.ahead, &state.tip_force})
+    check.numbers("tip", *each);
+  check.number("waited", state.waited, 0.0, longest);
+  check.number("moved_across", state.moved_across, 0.0, 2.0 * spacing);
+  check.number("rub", state.rub, -1.0, 1.0);
+  state.returnable.check(check, "returnable");
 }
 
 }  // namespace needleforce::bending

@@ -16,6 +16,11 @@ struct DraggedTissueMemory {
   double force_by_depth = 0.0;  ///< [N/m]
   double peak = 0.0;            ///< force at puncture [N]
 
+  void check(StateCheck& check, const char* part, double most) const noexcept {
+    check.numbers(part, element);
+    check.numbers(part, std::array{force, force_by_depth});
+    check.number(part, peak, 0.0, most);
+  }
   double held() const noexcept { return force; }
   void take_over(const TakenOver& taken) noexcept {
     element = Element{taken.held};

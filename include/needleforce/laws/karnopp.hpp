@@ -76,7 +76,10 @@ struct Karnopp::Prepared {
       TractionMemory::release();
       slides = false;
     }
-    bool possible() const noexcept { return is_flag(slides); }
+    void check(StateCheck& check, const char* part, double) const noexcept {
+      check.numbers(part, static_cast<const TractionMemory&>(*this));
+      check.flag(part, slides);
+    }
   };
 
   Karnopp law;

@@ -66,7 +66,7 @@ struct StickSlip::Prepared {
   struct Memory {
     bool running = false;  ///< the crack runs; false while it sticks
     void stop() noexcept { running = false; }
-    bool possible() const noexcept { return is_flag(running); }
+    void check(StateCheck& check, const char* part, double) const noexcept { check.flag(part, running); }
   };
 
   StickSlip law;

@@ -15,6 +15,11 @@ struct YieldingCoulombMemory : TractionMemory {
   RemainingContact contact{};
   double top = 0.0;  ///< of the layer whose contact it is [m]: the same tissue below begins with a copy
 
+  void check(StateCheck& check, const char* part, double) const noexcept {
+    check.numbers(part, static_cast<const TractionMemory&>(*this));
+    contact.check(check, part);
+    check.number(part, top, 0.0, 1.0);
+  }
   void take_over(const TakenOver& taken) noexcept {
     TractionMemory::take_over(taken);
     contact = {};

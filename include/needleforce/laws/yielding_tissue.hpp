@@ -15,6 +15,10 @@ namespace needleforce::laws {
 struct YieldingTissueMemory : DraggedTissueMemory {
   RemainingContact contact{};
 
+  void check(StateCheck& check, const char* part, double most) const noexcept {
+    DraggedTissueMemory::check(check, part, most);
+    contact.check(check, part);
+  }
   double held() const noexcept { return force + contact.force; }
   void take_over(const TakenOver& taken) noexcept {
     DraggedTissueMemory::take_over(taken);

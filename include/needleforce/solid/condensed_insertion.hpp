@@ -75,11 +75,20 @@ class CondensedInsertion {
   /// Restores a memory; returns false and changes nothing for bytes of another version, tissue or model,
   /// altered bytes, or a state that no insertion can have. Wait-free.
   bool restore(const Saved& bytes) noexcept {
-    if (!valid_ || !belongs(bytes, model_)) return false;
-    const CondensedState state = bytes.state();
-    if (!possible(state, tissue_, layers_.count())) return false;
-    state_ = state;
+    if (restore_fault(bytes)) return false;
+    state_ = bytes.state();
     return true;
+  }
+  /// Why `restore` refuses a memory, as the part of it that is at fault, or nullptr. Wait-free.
+  const char* restore_fault(const Saved& bytes) const noexcept {
+    if (!valid_) return "model of this insertion";
+    if (const char* part = foreign_part(bytes, model_)) return part;
+    StateCheck check;
+    double most = 0.0;
+    for (std::size_t i = 0; i < layers_.count(); ++i)
+      most = std::max(most, 1e3 + 3.0 * layers_[i].contact_force(farthest));
+    solid::check(check, bytes.state(), tissue_, layers_.count(), most);
+    return check.fault();
   }
 
   const CondensedTissue& tissue() const noexcept { return tissue_; }
@@ -159,7 +168,7 @@ class CondensedInsertion {
 
   [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
     const bool waits = dt > 0.0 && std::isfinite(dt);
-    if (waits) state_.waited += dt;
+    if (waits) state_.waited = std::min(state_.waited + dt, longest);
     const bool holding = valid_ && waits && state_.waited <= limits_.hold_time;
     return refused(holding ? state_.last : Sample{}, state_.noisy.shown, status);
   }

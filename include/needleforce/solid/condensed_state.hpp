@@ -2,7 +2,7 @@
 // What an insertion into a solid remembers between two steps: plain numbers, copied as they are.
 #pragma once
 
-#include <cmath>
+#include <array>
 #include <cstddef>
 
 #include "../limits.hpp"
@@ -37,15 +37,33 @@ struct CondensedState {
   bool steady = false;      ///< in the last motion the tip stuck
 };
 
-/// True for a state from outside that an insertion can have, as far as a step relies on it. Wait-free.
-inline bool possible(const CondensedState& state, const CondensedTissue& tissue,
-                     std::size_t layers) noexcept {
-  const auto along = [&](double distance) { return distance >= 0.0 && distance <= tissue.length(); };
-  return needleforce::possible(state.last) && is_flag(state.started) && is_flag(state.steady) &&
-         is_flag(state.on_contact) && std::abs(state.depth) <= farthest && state.waited >= 0.0 &&
-         along(state.tip) && along(state.cut) && state.tip <= state.cut && state.pierced <= layers &&
-         state.shaft.known <= tissue.nodes && state.row < max_path_nodes && state.yield > 0.1 &&
-         state.yield < 10.0 && state.phase >= Phase::free && state.phase <= Phase::extraction;
+/// Looks at what a needle remembers in a solid of so many layers, whose contacts hold `most` [N] at most.
+/// Wait-free.
+inline void check(StateCheck& check, const CondensedState& state, const CondensedTissue& tissue,
+                  std::size_t layers, double most) noexcept {
+  for (const bool* flag : {&state.started, &state.on_contact, &state.steady}) check.flag("flags", *flag);
+  check.word("phase", state.phase, Phase::extraction);
+  check.require("pierced", state.pierced <= layers);
+  check.require("shaft.known", state.shaft.known <= tissue.nodes);
+  check.require("row", state.row < max_path_nodes);
+  check.number("depth", state.depth, -farthest, farthest);
+  check.number("noisy.shown", state.noisy.shown, -farthest, farthest);
+  check.number("waited", state.waited, 0.0, longest);
+  check.number("cut", state.cut, 0.0, tissue.length());
+  check.number("tip", state.tip, 0.0, state.cut);
+  check.number("yield", state.yield, 0.1, 10.0);
+  for (const ShaftState* shaft : {&state.shaft, &state.by_travel}) {
+    check.numbers("shaft.force", shaft->force);
+    check.numbers("shaft.displacement", shaft->displacement);
+    check.numbers("shaft.anchor", shaft->anchor);
+  }
+  check.number("tip_force", state.tip_force, 0.0, largest_in_a_state);
+  check.numbers("tip_by_travel", state.tip_by_travel);
+  state.noisy.slip.check(check, "noisy.slip");
+  check.numbers("relaxing", state.relaxing);
+  const Element& contact = state.relaxing.contact;
+  check.numbers("relaxing.contact", std::array{contact.elastic, contact.memory[0], contact.memory[1]}, most);
+  check.sample("last", state.last);
 }
 
 }  // namespace needleforce::solid

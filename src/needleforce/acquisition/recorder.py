@@ -87,6 +87,8 @@ def record_run(
     """
     import mcap.writer  # noqa: F401 - before readings arrive: an import blocks every thread
 
+    if axis is not None and axis.limits is None:
+        raise InputError("axis", "without commands", "a run cannot stop it", next_step="Leave it out.")
     stop = threading.Event() if stop is None else stop
     monitor = SafetyMonitor(force, axis, settings, stop)
     try:
@@ -149,8 +151,6 @@ def _check(path: Path, axis: MotionAxis | None, moves: Sequence[tuple[float, flo
         raise InputError("folder", str(path.parent), "does not exist", next_step="Make it first.")
     if axis is None and moves:
         raise InputError("axis", "none", "moves need one", next_step="Give --axis.")
-    if axis is not None and axis.limits is None:
-        raise InputError("axis", "without commands", "a run cannot stop it", next_step="Leave it out.")
     if axis is not None:
         check_declared(axis.limits, getattr(axis, "place", "axis"))
     here = None

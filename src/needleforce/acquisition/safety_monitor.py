@@ -324,7 +324,7 @@ class SafetyMonitor:
             return f"its noise fell to less than half of that at rest, over {self._quiet.readings} readings"
         if self._pulled:
             pulled = f"the force pulls a needle that goes deeper, by more than {self._pull:.3g} N for {_PULLED_S:g} s"
-            return f"{pulled}: its zero moved, or --axial has the wrong sign"
+            return f"{pulled}: its zero moved, --axial has the wrong sign, or the depth that is reported has"
         return ""
 
     def _limit_queues(self) -> None:

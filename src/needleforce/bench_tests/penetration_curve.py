@@ -10,7 +10,7 @@ from .. import core
 from ..display.quantities import counted, plain
 from ..errors import InputError
 from ..identification.one_layer.force_zero import Coefficient, slope_without_contact
-from ..identification.statistics.curve_noise import CurveNoise, curve_noise
+from ..identification.statistics.evidence import CurveNoise, curve_noise
 from ..identification.statistics.noise import SIGNIFICANT
 from ..recording import Recording
 from ..recording.force_signal import outliers, quantum_of, without_outliers

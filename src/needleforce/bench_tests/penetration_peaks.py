@@ -10,7 +10,7 @@ from scipy.ndimage import maximum_filter1d
 from scipy.special import ndtri, stdtrit
 
 from .. import core
-from ..identification.statistics.curve_noise import CurveNoise
+from ..identification.statistics.evidence import CurveNoise
 from .penetration_curve import NORMAL_95
 from .penetration_tops import Feature, moving_mean, top_of
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .. import core
-from ..identification.statistics.curve_noise import CurveNoise
+from ..identification.statistics.evidence import CurveNoise
 from ..vocabulary import SMALLEST
 from .penetration_curve import NORMAL_95
 

@@ -10,11 +10,12 @@ import numpy as np
 
 from ..display.quantities import plain
 from ..identification.estimates import Estimate
-from ..identification.statistics.curve_noise import CurveNoise, curve_noise
 from ..identification.statistics.evidence import (
     FALSE_ALARMS,
+    CurveNoise,
     Departure,
     StartSlope,
+    curve_noise,
     departure,
     residual_departure,
     start_slope,

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..files import check_count
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
 from ..recording.quantities import split
-from ..recording.roles import Vocabulary, assign_columns
+from ..recording.roles import Vocabulary, assign_columns, columns_of
 from ..recording.samples import MAX_MISSING_SHARE
 from ..recording.table import Table
 from ..units import find
@@ -82,9 +83,7 @@ def read_table(path: str | Path) -> BenchTable:
     """
     name, found = Path(path).name, tables_of(Path(path))
     table = max(found, key=_rows)
-    if len(table.headers) > MAX_COLUMNS:
-        limit = f"at most {MAX_COLUMNS} can be read"
-        raise InputError("number of columns", len(table.headers), limit, name, "Save fewer columns.")
+    check_count("columns", len(table.headers), MAX_COLUMNS, name)
     apart = table.units or [""] * len(table.headers)
     units = [unit or _split(header)[1] for unit, header in zip(apart, table.headers, strict=True)]
     notes = [f"{len(found) - 1} shorter tables in {name} are not used"] if len(found) > 1 else []
@@ -118,9 +117,10 @@ def column_of(table: BenchTable, quantity: str, given: Mapping[str, str]) -> int
     roles = assign_columns(table.table, given, _VOCABULARIES[quantity])
     absent = next((q for q in ([quantity] if quantity in given else given) if q not in roles.matches), None)
     if absent:
-        limit = f"the columns are {', '.join(table.headers)}"
         step = f"Give --column {absent}=NAME, or its number from 1 to {len(table.headers)}."
-        raise InputError(f"column of {absent}", repr(given[absent]), limit, table.file, step)
+        raise InputError(
+            f"column of {absent}", repr(given[absent]), columns_of(table.table, _names_quantity), table.file, step
+        )
     found = roles.matches.get(quantity, ())
     if len(found) > 1:
         shown = " and ".join(repr(table.headers[k]) for k in found)
@@ -159,6 +159,12 @@ _VOCABULARIES = {
     )
     for quantity, (_, phrases) in QUANTITIES.items()
 }
+
+
+def _names_quantity(header: str) -> bool:
+    """Whether a header, or a unit apart from it, is one of a bench test."""
+    known = (each for vocabulary in _VOCABULARIES.values() for each in vocabulary.recognised.values())
+    return bool(_split(header)[1]) or is_unit(header) or any(each(header) for each in known)
 
 
 def in_si(table: BenchTable, quantity: str, index: int, units: Mapping[str, str]) -> np.ndarray:
@@ -208,11 +214,8 @@ def check_names(columns: Iterable[str], units: Iterable[str], known: Iterable[st
 
 
 def missing(table: BenchTable, quantity: str, alternatives: str = "") -> InputError:
-    """The error for a quantity without a column; a table without header shows its first row."""
+    """The error for a quantity without a column."""
+    step = f"Give --column {quantity}=1, or another number, for each column that is used."
     if table.has_header:
-        limit = f"the columns are {', '.join(table.headers)}"
         step = f"Name it {quantity}{alternatives}, or give --column {quantity}=NAME."
-    else:
-        limit = f"the file has no header; its first row is {', '.join(table.table.first_cells())}"
-        step = f"Give --column {quantity}=1, or another number, for each column that is used."
-    return InputError(f"column {quantity}", "missing", limit, table.file, step)
+    return InputError(f"column {quantity}", "missing", columns_of(table.table, _names_quantity), table.file, step)

@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..display.quantities import plain
 from ..errors import InputError
-from ..identification.statistics.curve_noise import CurveNoise, curve_noise
-from ..identification.statistics.evidence import Departure, departure, long_run
+from ..identification.statistics.evidence import CurveNoise, Departure, curve_noise, departure, long_run
 from ..identification.statistics.noise import TWO_SIDED, student_quantile
 from ..recording.force_signal import quantum_of
 from ..vocabulary import SMALLEST

@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce campaign``: identify a model for each condition in a folder of recordings."""
 
+import re
+from collections.abc import Callable
+from dataclasses import fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import typer
@@ -10,7 +13,19 @@ import typer
 from ..recording.options import ReadOptions
 from .files import NEEDLE_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, show_log, table, write_file, write_json
+from .output import (
+    JSON_HELP,
+    ReportFlags,
+    anonymous,
+    any_of,
+    check_outputs,
+    progress,
+    say,
+    show_log,
+    table,
+    write_file,
+    write_json,
+)
 
 if TYPE_CHECKING:
     from ..campaign import Campaign, Condition
@@ -76,12 +91,37 @@ def run(
             "stopped" if given.state is None else f"stopped; {given.state} has what is done, the same command continues"
         )
         raise typer.Exit(130) from None
+    done = _nameless(done) if anonymous.wanted else done
     write_json(done.to_json() if given.json is not None else None, given.json)
     write_file("written", given.table, done.save_table)
     given.page.write(done.report)
     _show(done, quiet=given.json == "-")
     if not any(one.has_parameters for one in done.recordings):
         raise typer.Exit(1)
+
+
+def _nameless(done: "Campaign") -> "Campaign":
+    """The same with numbers for the names of files, and for values of fields that are no numbers, without times."""
+    labels = {one.file: f"recording {number}" for number, one in enumerate(done.recordings, 1)}
+    for name in dict.fromkeys(name for one in done.recordings for name in one.fields):
+        values = dict.fromkeys(one.fields[name] for one in done.recordings if name in one.fields)
+        texts = (each for each in values if not re.fullmatch(r"-?[\d.]{1,5}", each))
+        labels |= {value: f"{name} {number}" for number, value in enumerate(texts, 1)}
+    names = any_of(filter(None, labels))
+    return _rewritten(done, lambda text: anonymous.stripped(names.sub(lambda name: labels[name[0]], text)))
+
+
+def _rewritten(value: Any, hidden: Callable[[str], str]) -> Any:
+    """A result of a campaign, or a part of it, with what is hidden in its texts."""
+    if type(value) is str:
+        return hidden(value)
+    if isinstance(value, dict):
+        return {key: _rewritten(each, hidden) for key, each in value.items()}
+    if isinstance(value, tuple):
+        return tuple(_rewritten(each, hidden) for each in value)
+    if type(value).__name__ not in ("Campaign", "Condition", "RecordingResult", "Anomaly"):
+        return value
+    return replace(value, **{each.name: _rewritten(getattr(value, each.name), hidden) for each in fields(value)})
 
 
 def _show(done: "Campaign", quiet: bool) -> None:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..recording.options import ReadOptions
-from .files import MACHINE_HELP, NEEDLE_HELP, nameless, read_all, readable, screen_recordings
+from .files import MACHINE_HELP, NEEDLE_HELP, read_all, readable, screen_recordings
 from .flags import takes_flags
 from .identify import MODEL_NAMES
-from .output import JSON_HELP, SharedReportFlags, check_outputs, progress, say, table, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
     from ..identification.compare import ModelRow
@@ -32,15 +32,14 @@ def run(
     machine_stiffness_N_mm: Annotated[float | None, typer.Option("--machine-stiffness-N-mm", help=MACHINE_HELP)] = None,
     reading: ReadOptions,
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None,
-    page: SharedReportFlags,
+    page: ReportFlags,
 ) -> None:
     """Fit several models to the same recordings and compare the BIC of the loading curve and the error of predicting
     held-out repeats."""
     import needleforce as nf
 
     check_outputs([json, page.check()], [*files, needle])
-    done = read_all(files, reading)
-    done = screen_recordings(nameless(done) if page.anonymous else done)
+    done = screen_recordings(read_all(files, reading))
     for file, problem in done:
         if isinstance(problem, nf.InputError):
             say(str(problem) if str(file) in problem.place else f"{file}: {problem}")

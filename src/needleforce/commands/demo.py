@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from .flags import takes_flags
 from .output import JSON_HELP, check_outputs, progress, say, table, write_json
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ class Demonstration:
         return [asdict(row) for row in self.rows]
 
 
+@takes_flags()
 def run(
     out: Annotated[Path, typer.Option(help="Folder for recordings, report.html and results.json.")] = Path("demo"),
     seed: Annotated[int, typer.Option(help="Seed of the random numbers.")] = 1,

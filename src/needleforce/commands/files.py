@@ -3,11 +3,9 @@
 if others remain. On a terminal the user is asked for columns and units that a file does not state."""
 
 import re
-import socket
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +13,7 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .output import progress, say, table
+from .output import anonymous, progress, say, table
 
 if TYPE_CHECKING:
     from ..campaign import Anomaly
@@ -35,8 +33,16 @@ MOTION_HELP = (
 ReadFiles = list[tuple[Path, "Recording | InputError"]]
 
 
-def read_all(files: Sequence[Path], reading: ReadOptions, motion: Sequence[Path] = ()) -> ReadFiles:
-    """(file, Recording or InputError) for each file, in order; ``motion`` has one file for each, or none."""
+def read_all(
+    files: Sequence[Path], reading: ReadOptions, motion: Sequence[Path] = (), what: str = "recording"
+) -> ReadFiles:
+    """(file, Recording or InputError) for each file, in order; ``motion`` has one file for each, or none. With
+    ``--anonymous`` the files are numbered, as ``what`` they are."""
+    done = _read_each(files, reading, motion)
+    return _nameless(done, what) if anonymous.wanted else done
+
+
+def _read_each(files: Sequence[Path], reading: ReadOptions, motion: Sequence[Path]) -> ReadFiles:
     from ..recording.reader import open_file
 
     motions = list(motion) or [reading.motion] * len(files)
@@ -67,10 +73,10 @@ def read_or_ask(
 ) -> tuple[ReadFiles, ReadOptions]:
     """As ``read_all``, with the options that were used. On a terminal, for standard input and output, the user is asked
     for the columns and units that a file lacks; elsewhere its error stands."""
-    done = read_all(files, reading, motion)
+    done = _read_each(files, reading, motion)
     lacking = [(file, each) for file, each in done if isinstance(each, InputError) and _OPTION.search(each.next_step)]
-    if not lacking or not (sys.stdin.isatty() and sys.stdout.isatty()):
-        return done, reading
+    if anonymous.wanted or not lacking or not (sys.stdin.isatty() and sys.stdout.isatty()):
+        return _nameless(done) if anonymous.wanted else done, reading
     from ..recording.look import option_words
 
     chosen = _ask(*lacking[0], reading)
@@ -131,32 +137,22 @@ def _unit(quantity: str, column: "ColumnLook", usual: str) -> str:
 _OPTION = re.compile(r"--(column|unit) (?!motion\.)")  # of an error that the choice of columns answers
 
 
-def nameless(done: ReadFiles, what: str = "recording") -> ReadFiles:
+def _nameless(done: ReadFiles, what: str = "recording") -> ReadFiles:
     """The same, numbered, without names of files, texts of their cards, times and hosts in what is written of them."""
     from ..recording.recording import Card
 
-    names = {text for file, _ in done for text in (str(file), str(file.resolve()), file.name, file.stem)}
-    words = "|".join(map(re.escape, sorted({*names, socket.gethostname(), str(Path.home())}, key=len, reverse=True)))
-    private = re.compile(rf"(?<!\w)(?:{words})(?!\w)|{_TIMES_AND_HOSTS}")
-    hidden = partial(private.sub, "…")
     found: ReadFiles = []
     for k, (_, each) in enumerate(done, 1):
-        label = f"{what} {k}"
+        label, stripped = f"{what} {k}", anonymous.stripped
         if isinstance(each, InputError):
-            parts = (each.quantity, hidden(str(each.value)), hidden(each.limit), label, hidden(each.next_step))
+            parts = (each.quantity, stripped(str(each.value)), stripped(each.limit), label, stripped(each.next_step))
             found.append((Path(label), InputError(*parts)))
             continue
-        texts = {"assumptions": tuple(map(hidden, each.card.assumptions)), "filter_length": each.card.filter_length}
-        notes = [replace(note, message=hidden(note.message)) for note in each.notes if note.kind != "origin"]
+        texts = {"assumptions": tuple(map(stripped, each.card.assumptions)), "filter_length": each.card.filter_length}
+        notes = [replace(note, message=stripped(note.message)) for note in each.notes if note.kind != "origin"]
         card = Card(source=label, sha256=each.card.sha256, **texts)
         found.append((Path(label), replace(each, card=card, notes=tuple(notes))))
     return found
-
-
-_TIMES_AND_HOSTS = (
-    r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|[+-]\d\d:?\d\d)?)?|\d\d:\d\d:\d\d|\w+://\S+"
-    r"|\b\d{1,3}(?:\.\d{1,3}){3}(?::\d+)?\b|\b[\w-]+(?:\.[\w-]+)*\.(?:local|lan|com|org|net|edu|de|uk)\b"
-)
 
 
 def readable(done: ReadFiles) -> list["Recording"]:

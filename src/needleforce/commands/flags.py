@@ -13,10 +13,14 @@ from typing import Annotated, Any
 
 import msgspec
 import typer
+from typer.models import ArgumentInfo
 
 from ..errors import InputError
 from ..recording.options import Flag, ReadOptions, flags
-from .output import pairs, typed
+from .output import anonymous, pairs, typed
+
+ANONYMOUS_HELP = "Number the recordings, and leave names, texts of their cards, times and hosts out of all outputs."
+_ANONYMOUS = Annotated[bool, typer.Option("--anonymous", help=ANONYMOUS_HELP)]
 
 
 def takes_flags(*named: str, part: str | None = None) -> Callable[[Callable], Callable]:
@@ -32,11 +36,16 @@ def takes_flags(*named: str, part: str | None = None) -> Callable[[Callable], Ca
     def decorated(command: Callable) -> Callable:
         parameters = list(inspect.signature(command).parameters.values())
         shown = {each.name: each for each in _spread(parameters, of_reading.values())}
+        if _gives_away(shown):
+            shown["anonymous"] = inspect.Parameter("anonymous", inspect.Parameter.KEYWORD_ONLY, default=False,
+                                                   annotation=_ANONYMOUS)  # fmt: skip
         for name in COMPLETIONS.keys() & shown.keys():
             shown[name].annotation.__metadata__[0].autocompletion = COMPLETIONS[name]
 
         @wraps(command)
         def run(**given: Any) -> None:
+            typed.check_numbers(given)
+            anonymous.begin(given.pop("anonymous", False))
             read = {name: _value(table[name], given[name]) for name in names if shown.get(name) is of_reading[name]}
             command(**_gathered(parameters, given, read))
 
@@ -76,6 +85,12 @@ def _fields(of_class: type[msgspec.Struct]) -> Iterator[inspect.Parameter]:
         default = each.default if each.default_factory is msgspec.NODEFAULT else each.default_factory()
         default = inspect.Parameter.empty if default is msgspec.NODEFAULT else default
         yield inspect.Parameter(each.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=each.type)
+
+
+def _gives_away(shown: dict[str, inspect.Parameter]) -> bool:
+    """Whether what a command writes has something of the files that are its arguments."""
+    takes = any(isinstance(part, ArgumentInfo) for each in shown.values() for part in each.annotation.__metadata__)
+    return takes and not {"json", "report", "output"}.isdisjoint(shown)
 
 
 def _is_group(parameter: inspect.Parameter) -> bool:

@@ -10,9 +10,9 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import MACHINE_HELP, MOTION_HELP, NEEDLE_HELP, ReadFiles, nameless, read_all, read_or_ask, screen_recordings
+from .files import MACHINE_HELP, MOTION_HELP, NEEDLE_HELP, ReadFiles, read_all, read_or_ask, screen_recordings
 from .flags import takes_flags
-from .output import JSON_HELP, SharedReportFlags, check_outputs, progress, say, table, write_file, write_json
+from .output import JSON_HELP, ReportFlags, check_outputs, progress, say, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..identification import Fit, RecordingFit
@@ -54,7 +54,7 @@ class IdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     bending: Annotated[Path | None, typer.Option(help="CSV file of a cantilever test of the needle.")] = None
     tension: Annotated[Path | None, typer.Option(help="CSV file of a tension test of the tissue.")] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
-    page: SharedReportFlags
+    page: ReportFlags
     save: Annotated[Path | None, typer.Option(help="Write the identified model as a preset file.")] = None
     csv: Annotated[Path | None, typer.Option(help="Write all estimates as a CSV table.")] = None
     draws: Annotated[
@@ -85,9 +85,7 @@ def identify_files(files: list[Path], given: IdentifyFlags, look: Callable[[Read
     body = needle_of(given.needle) if given.needle else None
     motion = given.motion[: len(files)] if given.second_pass else given.motion
     done, reading = read_or_ask(files, given.reading, motion)
-    seconds = read_all(given.second_pass, reading, given.motion[len(files) :])
-    if given.page.anonymous:
-        done, seconds = nameless(done), nameless(seconds, "second pass")
+    seconds = read_all(given.second_pass, reading, given.motion[len(files) :], "second pass")
     done = screen_recordings(done)
     _print_assumptions(done + seconds)
     if look is not None:

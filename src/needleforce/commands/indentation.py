@@ -69,7 +69,7 @@ def run(
     tips, shank = tips_of(given.tip, given.half_angle_deg, given.radius_um, given.needle)
     documents, found = [], False
     recordings = read_all([file], dataclasses.replace(given.reading, baseline=False, test="indentation"))
-    for _, recording in recordings:
+    for name, recording in recordings:
         try:
             used = _approach(recording, whole=bool(given.reading.segment))
             depth, force = recording.depth[used], recording.force[used]
@@ -81,10 +81,10 @@ def run(
                 for row, each in zip(rows, unloadings, strict=True)
             ]
         except InputError as error:
-            say(str(error) if str(file) in error.place else f"{file}: {error}")
+            say(str(error) if str(name) in error.place else f"{name}: {error}")
             continue
         part = recording.card.part
-        documents.append({"file": str(file), **({"part": part} if part else {}), "samples": len(depth),
+        documents.append({"file": str(name), **({"part": part} if part else {}), "samples": len(depth),
                           "tips": list(map(_document, rows, unloadings))})  # fmt: skip
         _show(rows, unloadings, part if len(recordings) > 1 else "", quiet=given.json == "-")
         found |= any(row.fit.reduced_modulus.identifiable for row in rows)

@@ -8,6 +8,7 @@ import json
 import os
 import re
 import shlex
+import socket
 import sys
 import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -17,6 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import typer
+from markupsafe import escape
 
 from ..errors import InputError, printable
 from ..files import atomic_write, checked_target, json_safe
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
 
 _NAME_WIDTH = 28  # of the longest name of a parameter or model
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
-ANONYMOUS_HELP = "Number the recordings, and leave names, texts of their cards, times and hosts out of all outputs."
 _SIGNS = {"μ": "u", "±": "+-", "°": "deg", "–": "-", "−": "-", "·": "*", "÷": "/", "×": "x", "→": "->", "Δ": "d"}
 _TYPED = str.maketrans(_SIGNS | dict.fromkeys(map(chr, range(0x300, 0x370))))  # without accents
 EXAMPLES = {"column": "force=fz", "unit": "time=us", "segment": "segment=0"}
@@ -52,7 +53,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) 
 def _as_printed(text: str) -> str:
     """A text as standard output shows it: what its encoding lacks may be wider as it would be typed."""
     coding = sys.stdout.encoding or "utf-8"
-    return printable(text).encode(coding, "needleforce").decode(coding)
+    return printable(anonymous.text(text)).encode(coding, "needleforce").decode(coding)
 
 
 class TypedCommand:
@@ -63,6 +64,14 @@ class TypedCommand:
         self._options = {word: each for each in parameters for word in each.opts if word.startswith("--")}
         split = (word.split("=", 1) if word.split("=")[0] in self._options else [word] for word in arguments)
         self.arguments, self._proposed = [part for word in split for part in word], set[str]()
+
+    def check_numbers(self, given: dict[str, Any]) -> None:
+        """Raise InputError for a text that Python alone takes for one of the numbers given: ``1_000``."""
+        for word, text in pairwise(self.arguments):
+            option = self._options.get(word)
+            number = option is not None and not option.is_flag and isinstance(given.get(option.name), int | float)
+            if number and "_" in text:
+                raise InputError(word, repr(text), "a number is needed", next_step="Write it without underscores.")
 
     def proposals(self, text: str) -> Iterator[str]:
         """The command with the options of ``text`` that have values, those together that no word separates; none is
@@ -111,20 +120,61 @@ _CHOICES = ("increasing", "decreasing")  # values that are plain words
 _WRITING = ("--json", "--report", "--save", "--csv", "--draws", "--table", "--figure", "--output", "--out", "--state")
 typed = TypedCommand()
 typed.begin()
+
+
+class Anonymous:
+    """Whether the outputs of this command name nobody: then labels stand in them for the names of its files."""
+
+    def begin(self, wanted: bool = False) -> None:
+        """A command begins, with the flag ``--anonymous`` or without."""
+        self.wanted = wanted
+        self._labels, self._names = dict.fromkeys((socket.gethostname(), str(Path.home())), "…"), re.compile("$^")
+
+    def hide(self, files: Iterable[Any]) -> None:
+        """Put numbers in place of the names of those files that are there, also as pages and JSON have them; a name
+        that may be a word, or a key, remains."""
+        present = (Path(each) for each in files if self.wanted and each and os.path.exists(each))
+        for number, file in enumerate(present, 1):
+            names = {str(file), str(file.resolve()), file.name, file.stem}
+            for name in (each for each in names if not _PLAIN_WORD.fullmatch(each)):
+                self._labels |= dict.fromkeys((name, str(escape(name)), json.dumps(name)[1:-1]), f"file {number}")
+        self._names = any_of(self._labels)
+
+    def text(self, text: str) -> str:
+        """The text with labels for names."""
+        return self._names.sub(lambda name: self._labels[name[0]], text) if self.wanted else text
+
+    def stripped(self, text: str) -> str:
+        """As ``text``, of what a recording states of itself: without times, hosts and addresses, too."""
+        return _TIMES_AND_HOSTS.sub("…", self.text(text)) if self.wanted else text
+
+
+def any_of(names: Iterable[str]) -> re.Pattern:
+    """Any of some names in a text, the longest where several fit."""
+    return re.compile(rf"(?<!\w)(?:{'|'.join(map(re.escape, sorted(names, key=len, reverse=True)))})(?!\w)")
+
+
+_PLAIN_WORD = re.compile(r"[a-z_-]+|\w{1,5}")
+_TIMES_AND_HOSTS = re.compile(
+    r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|[+-]\d\d:?\d\d)?)?|\d\d:\d\d:\d\d|\w+://\S+"
+    r"|\b\d{1,3}(?:\.\d{1,3}){3}(?::\d+)?\b|\b[\w-]+(?:\.[\w-]+)*\.(?:local|lan|com|org|net|edu|de|uk)\b"
+)
+anonymous = Anonymous()
+anonymous.begin()
 _failed: list[str] = []  # outputs of this command that could not be written
 
 
 def say(text: str) -> None:
     """Print a message on standard error; if it names options of the command, the whole command to paste with each, but
     for an assumption: the option it names reverses it."""
-    print(printable(text), file=sys.stderr)
+    print(printable(anonymous.text(text)), file=sys.stderr)
     for command in () if text.startswith("assumed: ") else typed.proposals(text):
-        print(f"  {printable(command)}", file=sys.stderr)
+        print(f"  {printable(anonymous.text(command))}", file=sys.stderr)
 
 
 def show(text: str) -> None:
     """Print text on standard output."""
-    print(printable(text))
+    print(printable(anonymous.text(text)))
 
 
 def prepare_streams() -> None:
@@ -183,6 +233,7 @@ def write_json(document: Any, path: str | None) -> None:
     if path is None:
         return
     text = document if isinstance(document, str) else json.dumps(json_safe(document), indent=2, allow_nan=False)
+    text = anonymous.text(text)
     with _reported("standard output" if path == "-" else path):
         if path == "-":
             show(text)
@@ -196,7 +247,16 @@ def write_file(what: str, path: Path | None, write: Callable[[Path], object]) ->
     if path is not None:
         with _reported(path):
             write(path)
+            _hide_names(path)
             say(f"{what}: {path}")
+
+
+def _hide_names(path: Path) -> None:
+    """Put labels in place of names in a file of text that was written; in others there are none."""
+    if anonymous.wanted and path.suffix.lower() in (".html", ".csv", ".json", ".toml", ".svg"):
+        text = path.read_text(encoding="utf-8")
+        with atomic_write(path) as file:
+            file.write(anonymous.text(text))
 
 
 @contextlib.contextmanager
@@ -244,14 +304,9 @@ class ReportFlags(msgspec.Struct, frozen=True, kw_only=True):
                 say("no browser was found on this computer: open the report on another one")
 
 
-class SharedReportFlags(ReportFlags, frozen=True, kw_only=True):
-    """The flags of a command whose outputs may be given to others."""
-
-    anonymous: Annotated[bool, typer.Option("--anonymous", help=ANONYMOUS_HELP)] = False
-
-
 def check_outputs(outputs: list, inputs: list = []) -> None:  # noqa: B006
     """Raise InputError, before any work, for an output that cannot be written, is an input, or is named twice."""
+    anonymous.hide(inputs)
     taken = {Path(path).resolve(): "read" for path in inputs if path is not None}
     for path in outputs:
         if path is None or str(path) == "-":

@@ -10,6 +10,7 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
+from ..units import number_in
 from .files import read_all
 from .flags import takes_flags
 from .output import JSON_HELP, ReportFlags, check_outputs, say, table, write_file, write_json
@@ -78,7 +79,7 @@ def _plateau_travel(text: str | None) -> tuple[float, float] | None:
     if text is None:
         return None
     try:
-        first, last = (float(part) / 1e3 for part in text.split(":"))
+        first, last = (number_in(part) / 1e3 for part in text.split(":"))
     except ValueError:
         limit = "first and last travel in mm are needed"
         raise InputError("--plateau-mm", repr(text), limit, next_step="Write for example --plateau-mm 5:9.") from None

@@ -5,6 +5,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,9 +13,10 @@ import msgspec
 import typer
 
 from ..errors import InputError
+from ..units import number_in
 from .files import NEEDLE_HELP, PRESET_HELP
 from .flags import takes_flags
-from .output import JSON_HELP, ReportFlags, check_outputs, say, show, table, write_file, write_json
+from .output import JSON_HELP, ReportFlags, anonymous, check_outputs, say, show, table, write_file, write_json
 
 if TYPE_CHECKING:
     from ..steering import Plan
@@ -158,7 +160,7 @@ def plan(model: Annotated[Path, typer.Argument(help=MODEL_HELP, show_default=Fal
     check_outputs([given.output, given.json, given.page.check()], [model, given.measured])
     readings = None if given.measured is None else nf.steering.read(given.measured)[-1]
     for doubt in readings.doubts if readings else ():
-        say(f"{readings.name}: {doubt}")
+        say(f"{'the insertion' if anonymous.wanted else readings.name}: {doubt}")
     limits = SteeringLimits(
         max_lateral=1e-3 * given.max_lateral_mm,
         max_lateral_step=1e-3 * given.max_lateral_step_mm,
@@ -242,6 +244,8 @@ def _measured(file: Path, unit: str | None) -> list:
 
 def _named(measured: list, names: list[str]) -> list:
     chosen = [each for each in measured if not names or any(each.name.startswith(name) for name in names)]
+    if anonymous.wanted and chosen:
+        return [replace(each, name=f"insertion {number}") for number, each in enumerate(chosen, 1)]
     if not chosen:
         given = ", ".join(each.name for each in measured[:8]) + ", …" * (len(measured) > 8)
         raise InputError(
@@ -253,7 +257,7 @@ def _named(measured: list, names: list[str]) -> list:
 def _numbers(text: str, count: int, option: str) -> tuple[float, ...]:
     """Lengths in mm as m."""
     try:
-        values = tuple(1e-3 * float(part) for part in text.split(","))
+        values = tuple(1e-3 * number_in(part) for part in text.split(","))
     except ValueError:
         values = ()
     if len(values) != count:

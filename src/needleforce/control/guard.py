@@ -26,8 +26,8 @@ class Guard(core.Guard):
 
     Parameters
     ----------
-    engine : Insertion or LiveInsertion
-        The engine, owned by the caller; it must not be stepped elsewhere.
+    engine : Insertion, LiveInsertion or nf.fe.CondensedInsertion
+        The engine, owned by the caller; it must not be stepped elsewhere. ``BaseGuard`` takes needles that bend.
     **settings : float
         Settings of ``core.GuardSettings``, in SI and in the device's range; ``core.GuardSettings.table()`` lists them
         with unit and range.
@@ -44,8 +44,8 @@ class Guard(core.Guard):
         try:
             super().__init__(engine, checked)
         except TypeError:
-            limit, next_step = "not an engine that a guard can step", "Give nf.Insertion(…) or LiveInsertion(…)."
-            raise InputError("engine", type(engine).__name__, limit, next_step=next_step) from None
+            known = "nf.Insertion(…), LiveInsertion(…) or nf.fe.CondensedInsertion(…)"
+            raise _no_engine(engine, "along the depth", known) from None
         self.engine = engine
 
     def recorder(self) -> dict[str, np.ndarray]:
@@ -56,7 +56,8 @@ class Guard(core.Guard):
         dict of str to ndarray
             Columns (n,), oldest cycle first: ``number``; ``dt`` [s], ``depth`` [m] and ``velocity`` [m/s] as given, NaN
             if not given; ``sample_force`` and ``force`` [N]; ``energy`` and ``reserve`` [J]; ``phase`` and ``status``
-            in words; a flag for each kind of intervention.
+            in words; a flag for each kind of intervention. Of a base ``lateral_x``, ``tilt_x``, ``roll`` and so on, as
+            given, with ``lateral_force_x`` [N], ``tilt_moment_x``, ``roll_moment`` [N m].
         """
         columns = self.columns()
         columns["number"] = columns["number"].astype(np.int64)
@@ -82,6 +83,66 @@ class Guard(core.Guard):
             file.write(",".join(columns) + "\n")
             for row in zip(*(column.tolist() for column in columns.values())):
                 file.write(",".join(str(int(value) if isinstance(value, bool) else value) for value in row) + "\n")
+
+
+class BaseGuard(core.BaseGuard):
+    """A ``Guard`` of a needle that bends: forces and moments along all axes of its base, from one account of energy.
+
+    ``miss(dt)`` is for a cycle without input; ``reset``, ``recorder`` and ``save_recorder`` are those of a ``Guard``.
+
+    Parameters
+    ----------
+    engine : FlexibleInsertion
+        The engine, owned by the caller; it must not be stepped elsewhere.
+    **settings : float
+        As for ``Guard``, with ``max_lateral_force``, ``max_moment`` and others for what moves across and turns;
+        ``max_speed`` needs ``max_angular_speed``.
+
+    Raises
+    ------
+    InputError
+        As for ``Guard``.
+    """
+
+    def __init__(self, engine: Any, **settings: float):
+        checked = core.GuardSettings(**settings)
+        try:
+            super().__init__(getattr(engine, "_core", engine), checked)
+        except TypeError:
+            raise _no_engine(engine, "by its base", "nf.FlexibleInsertion(…)") from None
+        self.engine = engine
+
+    def step(
+        self,
+        depth: float,
+        lateral: tuple[float, float] = (0.0, 0.0),
+        *,
+        roll: float = 0.0,
+        tilt: tuple[float, float] = (0.0, 0.0),
+        dt: float,
+    ) -> core.BaseGuardOutput:
+        """A cycle with a measurement of the device; never raises.
+
+        Parameters
+        ----------
+        depth, lateral, roll, tilt, dt
+            As for ``FlexibleInsertion.step``, in the device's metres; ``dt`` since the last cycle of either kind.
+
+        Returns
+        -------
+        BaseGuardOutput
+            What the device gives along each coordinate, + where it opposes that coordinate: ``force`` [N] along the
+            depth, ``lateral_force`` (x, y) [N], ``tilt_moment`` (x, y) and ``roll_moment`` [N m]; ``sample``, energy
+            balance and flags as for ``Guard``.
+        """
+        return super().step(depth, lateral, tilt, roll, dt)
+
+    recorder, save_recorder = Guard.recorder, Guard.save_recorder
+
+
+def _no_engine(engine: Any, way: str, known: str) -> InputError:
+    limit = f"not an engine that a guard can step {way}"
+    return InputError("engine", type(engine).__name__, limit, next_step=f"Give {known}.")
 
 
 class LiveInsertion(core.LiveInsertion):

@@ -33,6 +33,8 @@ from .timing import late_words
 NO_MODULUS = "Modulus and Poisson ratio of the tissue: the law {} has no modulus. Give --model paper, or cone_cylinder."
 NO_MODEL = "No model can be made of the identified values: {}"
 MAX_LATERAL_RATIO = 0.1  # [of the axial force] beyond, the paper's neglect of lateral forces is not justified
+ACROSS = ("fx", "fy", "tx", "ty", "tz")
+REPEATS = 69  # values in a row of an axis that does not repeat two of three: one in 10^12
 MAX_RESIDUAL = 0.05  # [of the peak force] beyond, the misfit is in every number
 MAX_RELAXATION = 0.1  # [of the force early in the hold] beyond, the tissue is viscous
 MAX_SMEARING = 0.02  # [of the indentation] travel within the filter's length; beyond, the loading curve is rounded
@@ -266,7 +268,7 @@ def settings_of(law: str, needle: Needle | None, singles: list[SegmentedRecordin
 def exceeded_limits(single: SegmentedRecording, law: str = "") -> list[str]:
     """A sentence for each limit that one recording exceeds; a layered model, without a ``law``, includes layers,
     relaxation and what is deep."""
-    found = [_saturated(single), _lateral(single)]
+    found = [_saturated(single), _frozen(single), _lateral(single)]
     found += [late_words(single.timing.late)] if single.timing.late else []
     found += [TIMING] if single.timing.notes else []
     found += [_deep(single, law), _smeared(single, law)] if law in single.fits else []
@@ -323,6 +325,28 @@ def _smeared(single: SegmentedRecording, law: str) -> str:
         "The average filter smears the force over more than 2 % of the indentation: its delay is corrected, its "
         "rounding of the loading curve is not, so the intervals of contact and stiffness are too narrow."
     )
+
+
+def _frozen(single: SegmentedRecording) -> str:
+    """A sentence on the axis across the needle that repeats one value more often than its noise in the free travel
+    explains: normal noise of half a step repeats two of three values at most, wherever between two steps it is."""
+    contact = single.events.contact
+    for name in [each for each in ACROSS if contact is not None and each in single.recording.axes]:
+        steps = np.abs(np.diff(single.recording.axes[name]))
+        free = steps[: contact.low]
+        step = float(free[free > 0.0].min(initial=np.inf))
+        if len(free) < REPEATS or not float(np.mean(free**2)) > 0.5 * step**2:
+            continue
+        ends = np.flatnonzero(np.concatenate(([1.0], steps, [1.0])))
+        counts = np.diff(ends)
+        longest = int(counts.argmax())
+        if counts[longest] * np.count_nonzero(free) > REPEATS * len(free):  # an axis may be logged more slowly
+            since = float(single.recording.time[ends[longest]])
+            return (
+                f"{single.recording.name}: {name} has one value {counts[longest]} times from {since:.2f} s on: "
+                "it froze, and the force across the needle is not known. The axial force is used."
+            )
+    return ""
 
 
 def _lateral(single: SegmentedRecording) -> str:

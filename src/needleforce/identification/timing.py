@@ -1,18 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Whether force and depth of a recording belong to the same instants: a lag between them, and an average filter that is
-not declared.
+"""Whether force and depth of a recording belong to the same instants: a lag between them, or a depth that is late.
 
 A needle at rest in tissue that is withdrawn changes its force in the instant in which it moves, whatever the tissue.
-The samples of white noise are independent; those behind an average of n samples are not, up to n - 1 samples apart. A
-sharp puncture behind such a filter is a straight fall over n samples.
 """
 
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -23,9 +19,9 @@ from ..segmentation import Events
 from ..segmentation.strokes import cycles, updated_depth, white_noise
 from ..vocabulary import Phase
 from .motion import DepthSignal, smoothed
-from .statistics.noise import SIGNIFICANT, TWO_SIDED, noise_of
-from .statistics.regression import VERY_STRONG_BIC
-from .strokes import depth_before, own_spans
+from .one_layer.puncture_force import filter_of_the_fall
+from .statistics.noise import SIGNIFICANT, TWO_SIDED, noise_of, undeclared_filter
+from .strokes import depth_before, filter_delay, own_spans
 
 BEFORE_S, AFTER_S = 0.3, 0.5  # [s] of rest before the withdrawal, and of withdrawal, that are looked at
 MAX_LAG_S = 0.15  # [s]
@@ -38,11 +34,6 @@ MIN_CHANGE_SIGMA = 20.0  # [standard deviations of a sample] of the force, so th
 MIN_FOLLOWING = 1e-6  # mean square of the travel over its stretch
 FOLLOWED = 0.8  # of the change of the force
 MIN_REST_SAMPLES = 5
-MIN_FREE_SAMPLES = 100  # for the correlation of the noise
-BLOCKS = 12  # of samples around a fall at least, and over it at most
-LENGTHS, STARTS = np.geomspace(0.2, 1.6, 10), np.linspace(-0.6, 0.3, 10)  # [of the fall] of its course, from the peak
-FINER = np.linspace(-0.5, 0.5, 5)  # [steps of the grid] around the best of it
-RUPTURES = (None, 2.0, 1.5, 3.0, 1.0)  # powers of gradual ones that a filter is compared with; None is a smooth step
 
 
 @dataclass(frozen=True)
@@ -266,114 +257,6 @@ def _correlation(force: np.ndarray) -> float:
     return max(noise.long_run / noise.variance, 1.0) if noise.variance > 0.0 else 1.0
 
 
-def undeclared_filter(free: np.ndarray, declared: int) -> int:
-    """Length [samples] of an average filter that the (n,) free force shows and the recording does not declare; 0 for
-    none.
-
-    Behind an average of n samples the autocorrelation falls on a straight line to 0 at lag n. The length is that of the
-    line through the correlated lags; it is reported where it is at least 2 and not the declared one.
-    """
-    if len(free) < MIN_FREE_SAMPLES:
-        return 0
-    place = np.arange(len(free)) - 0.5 * (len(free) - 1)
-    residual = free - free.mean()
-    residual -= place * (core.product(place, residual) / core.product(place, place))
-    noise = noise_of(residual, len(residual), 1, 2.0)
-    if noise.last_lag < 1 or noise.ar1_factor:
-        return 0
-    lags = np.arange(noise.last_lag + 1)
-    correlation = core.lagged_products(residual, noise.last_lag)
-    correlation /= correlation[0]
-    slope = float((1.0 - correlation) @ lags / (lags @ lags))
-    misfit = float(np.max(np.abs(correlation - (1.0 - slope * lags))))
-    length = round(1.0 / slope) if slope > 0.0 else 0
-    straight = misfit < SIGNIFICANT * math.sqrt(max(noise.last_lag, 1) / len(residual))
-    return length if straight and length >= 2 and abs(length - declared) > 0.25 * declared else 0
-
-
-def filter_of_the_fall(recording: Recording, events: Events) -> int:
-    """Length [samples] of an average filter that explains the fall at the first puncture better, by very strong
-    evidence, than a sharp and than a gradual rupture; 0 if none, or one that delays by more than any lag looked for.
-
-    Before and after the fall the force is a parabola and a line. The filter averages a step between them; a gradual
-    rupture goes over by exp(-(s / l)^m), as does any law of this package, or by a smooth step.
-    """
-    if recording.card.filter_length > 1 or not events.punctures:
-        return 0
-    place, force, samples, size = _fall(recording, events)
-    if len(place) < BLOCKS or not place[0] < -0.5 < 0.5 < place[-1]:
-        return 0
-    enough = math.exp(VERY_STRONG_BIC / len(place))
-    near = place[MIN_REST_SAMPLES:-MIN_REST_SAMPLES]
-    sharp = _unexplained(force, _broken(place, None, near[np.abs(near) < 1.0]))[0]
-    if sharp < enough * len(place) * white_noise(recording.force) ** 2 / size:
-        return 0
-    smeared, length = _closest(force, partial(_averaged, place))
-    if not smeared * enough < sharp or any(
-        _closest(force, partial(_broken, place, power=each))[0] <= smeared * enough for each in RUPTURES
-    ):
-        return 0
-    length = round(length * samples)
-    return length if 0.5 * (length - 1) / recording.rate < MAX_LAG_S else 0
-
-
-def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray, int, int]:
-    """The fall at the first puncture with twice its length on both sides: place (n,) from the peak, over the length of
-    the fall, and force (n,) of blocks of samples; that length and the size of the blocks [samples]."""
-    first = events.punctures[0]
-    peak = int(np.searchsorted(recording.time, first.time))
-    ends = [span.first for phase in (Phase.hold, Phase.extraction) for span in own_spans(events, phase)]
-    ends += [len(recording), *(each.low for each in events.punctures[1:2])]
-    length = max(first.end - peak, 1)
-    size = max(length // BLOCKS, 1)
-    before, after = min(2 * length, peak) // size, max(min(peak + 3 * length, *ends) - peak, 0) // size
-    force = recording.force[peak - before * size : peak + after * size].reshape(-1, size).mean(axis=1)
-    return (np.arange(len(force)) - before) * (size / length), force, length, size
-
-
-def _closest(force: np.ndarray, columns: Callable) -> tuple[float, float]:
-    """The least sum of squares [N²] that a course of the fall leaves of the force (n,), over its length and its start,
-    and that length [of the fall]."""
-    lengths, starts = LENGTHS, STARTS
-    for _ in range(3):
-        grid = [each.ravel() for each in np.meshgrid(lengths, starts)]
-        squares, best = _unexplained(force, columns(*grid))
-        length = float(grid[0][best])
-        lengths, starts = length * (lengths[1] / lengths[0]) ** FINER, grid[1][best] + (starts[1] - starts[0]) * FINER
-    return squares, length
-
-
-def _averaged(place: np.ndarray, lengths: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Columns (k, n, 5) of a parabola before and a line behind a step at each of ``starts`` (k,), averaged over the
-    ``lengths`` (k,) up to each place (n,)."""
-    end, length = place - starts[:, None], lengths[:, None]
-    first = end - length
-    before = [(np.minimum(end, 0.0) ** p - np.minimum(first, 0.0) ** p) / (p * length) for p in (1, 2, 3)]
-    after = [(np.maximum(end, 0.0) ** p - np.maximum(first, 0.0) ** p) / (p * length) for p in (1, 2)]
-    return np.stack([*before, *after], axis=2)
-
-
-def _broken(
-    place: np.ndarray, lengths: np.ndarray | None, starts: np.ndarray, power: float | None = None
-) -> np.ndarray:
-    """Columns (k, n, 5) of a parabola that goes over into a line by a rupture at each of ``starts`` (k,): over
-    ``lengths`` (k,) with a ``power``, or by a smooth step; sharp without lengths."""
-    away = place - starts[:, None]
-    passed = np.maximum(away, 0.0) / lengths[:, None] if lengths is not None else (away > 0.0).astype(float)
-    step = np.minimum(passed, 1.0)
-    share = 1.0 - step**2 * (3.0 - 2.0 * step) if power is None else np.exp(-(passed**power))
-    left = 1.0 - share
-    return np.stack([share, share * away, share * away**2, left, left * away], axis=2)
-
-
-def _unexplained(force: np.ndarray, design: np.ndarray) -> tuple[float, int]:
-    """The least sum of squares [N²] that a design of (k, n, 5) leaves of the force (n,), and which of them."""
-    across = np.swapaxes(design, 1, 2)
-    values = np.linalg.solve(across @ design + 1e-9 * np.eye(design.shape[2]), (across @ force)[..., None])
-    squares = np.sum((force - (design @ values)[..., 0]) ** 2, axis=1)
-    return float(squares.min()), int(squares.argmin())
-
-
 @dataclass(frozen=True)
 class Timing:
     """The significant ``lag`` between force and depth or None, with its ``search`` where there is one, the lag of a
@@ -415,7 +298,7 @@ def timing_of(recording: Recording, events: Events, signal: DepthSignal, late: L
             f"The noise of the free travel is that behind an average filter of about {length} samples, declared are "
             f"{recording.card.filter_length}: declare it, so that its delay and its smearing are counted."
         )
-    elif length := filter_of_the_fall(recording, events):
+    elif (length := filter_of_the_fall(recording, events)) and filter_delay(recording, length) < MAX_LAG_S:
         found.append(
             f"The force falls at the puncture as a sharp rupture does behind an average filter of about {length} "
             "samples, and none is declared: declare it, so that its delay and its smearing are counted. The intervals "

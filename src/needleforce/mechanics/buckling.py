@@ -41,34 +41,6 @@ def buckling_force(needle: core.Needle, ends: str = "clamped_free") -> float:
     return (_ROOTS[ends] / needle.length) ** 2 * needle.bending_stiffness
 
 
-def tube_of_equal_stiffness(needle: core.Needle, young_modulus: float) -> float:
-    """Inner diameter of a tube with the needle's outer diameter and bending stiffness, made of a stiffer material.
-
-    Parameters
-    ----------
-    needle : Needle
-        The needle whose outer diameter and E I are kept.
-    young_modulus : float
-        Young's modulus of the tube [Pa].
-
-    Returns
-    -------
-    float
-        Inner diameter [m].
-
-    Raises
-    ------
-    InputError
-        If even a solid rod of this material is more compliant than the needle.
-    """
-    fourth_power = needle.outer_diameter**4 - 64.0 * needle.bending_stiffness / (math.pi * young_modulus)
-    if fourth_power < 0.0:
-        solid = 64.0 * needle.bending_stiffness / (math.pi * needle.outer_diameter**4)
-        limit = f"must be at least {solid:.4g} Pa, the modulus of a solid rod of the same bending stiffness"
-        raise InputError("young_modulus", f"{young_modulus:.4g} Pa", limit, next_step="Give a stiffer material.")
-    return fourth_power**0.25
-
-
 def equivalent_half_angle(tip: Any) -> float:
     """Half angle [rad] of a cone, or of the cone equivalent to a bevel; InputError for a tip without such a cone."""
     if hasattr(tip, "equivalent_cone"):

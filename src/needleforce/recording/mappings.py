@@ -105,6 +105,9 @@ def completed(path: Path, options: ReadOptions) -> tuple[ReadOptions, str]:
     name, of_folder = options.mapping, path.parent / IN_FOLDER
     if name is None and not of_folder.is_file():
         return options, ""
+    if name is None and of_folder.resolve().parent != path.parent.resolve():
+        step = "Name it with --as, or copy it into the folder."
+        raise InputError(IN_FOLDER, "a link", "leads out of the folder of the file", str(of_folder), step)
     mapping = load_mapping(of_folder if name is None else name)
     kept, changed = dict[str, Any](mapping=None), []
     for option, (key, factor, _) in _KEPT.items():

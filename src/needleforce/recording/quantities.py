@@ -159,6 +159,12 @@ RECOGNISED = {"name": by_name, "numbered name": by_numbered_name, "word": by_wor
 """How a header is recognised, the surest way first."""
 
 
+def names_quantity(header: str) -> bool:
+    """Whether a header, or a unit apart from it, is one of a recording."""
+    unit = split(header)[1] or header
+    return is_unit(unit) or any(each(header) for each in RECOGNISED.values())
+
+
 @lru_cache(4096)
 def plain_name(name: str) -> str:
     """A name in lower case without accents, its words joined by ``_``."""

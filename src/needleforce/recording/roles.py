@@ -12,7 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..units import DIMENSIONS, find
-from .quantities import OTHER_WORDS, QUANTITIES, RECOGNISED, plain_name, split
+from .quantities import OTHER_WORDS, QUANTITIES, RECOGNISED, names_quantity, plain_name, split
 from .table import Table
 
 MOTION_PREFIX = "motion."  # of the keys of options that apply to the motion
@@ -273,13 +273,19 @@ def stated_unit(table: Table, index: int) -> str | None:
     return apart or split(table.headers[index])[1]
 
 
-def columns_of(table: Table) -> str:
-    """The columns of a table as a message lists them: headers, or the numbers of a table without."""
-    headers = table.headers[:_MAX_LISTED]
+def is_named(table: Table, known: Callable[[str], bool] = names_quantity) -> bool:
+    """Whether any header or unit is one of a measurement, by ``known``: a file that has none may be no measurement, and
+    messages quote nothing of it."""
+    return table.has_header and any(map(known, filter(None, [*table.headers, *table.units])))
+
+
+def columns_of(table: Table, known: Callable[[str], bool] = names_quantity) -> str:
+    """The columns of a table as a message lists them: headers, none of one that is not ``is_named``."""
+    if not is_named(table, known):
+        what = "none has a known name or unit" if table.has_header else "the file has no header"
+        return f"{what}; inspect shows its columns"
     more = f" and {len(table.headers) - _MAX_LISTED} more" if len(table.headers) > _MAX_LISTED else ""
-    if not table.has_header:
-        return f"the file has no header; its first row is {', '.join(table.first_cells()[:_MAX_LISTED])}{more}"
-    return f"the columns are {_listed(headers)}{more}"
+    return f"the columns are {_listed(table.headers[:_MAX_LISTED])}{more}"
 
 
 def _named(table: Table, wanted: str, quantity: str) -> list[int]:
@@ -292,7 +298,8 @@ def _named(table: Table, wanted: str, quantity: str) -> list[int]:
     if not found:
         fitting = _of_dimension(table, RECORDINGS.dimensions.get(quantity, ""), ()) or range(len(headers))
         words = {k: plain_name(headers[k]) for k in fitting}
-        names = {word: headers[k] for k, name in words.items() for word in (name, *name.split("_"))}
+        shown = {k: headers[k] if is_named(table) else str(k + 1) for k in words}
+        names = {word: shown[k] for k, name in words.items() for word in (name, *name.split("_"))}
         like = get_close_matches(plain_name(wanted), names, 1) or get_close_matches(quantity, names, 1, 0.0)
         step = f"Give one of them, or its number from 1 to {len(headers)}, for example --column "
         step += f"{shlex.quote(f'{quantity}={names[like[0]]}')}."

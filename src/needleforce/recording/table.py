@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InputError
+from .quantities import names_quantity
 from .recording import Note
 
 _MAX_LISTED = 12  # values in a message
@@ -175,19 +176,6 @@ class Table:
             return self.read_texts(column)
         return [f"{value:g}" if np.isfinite(value) else "" for value in self._array(column)]
 
-    def first_cells(self) -> list[str]:
-        """The values of the first row, as a message shows them."""
-        if self.lines is not None:
-            return self.lines.first_cells()
-        return [self._first_cell(index) for index in range(len(self.headers))]
-
-    def _first_cell(self, index: int) -> str:
-        try:
-            values = self._array(self.first_column + index)
-        except InputError:
-            return "text"
-        return f"{values[0]:g}" if len(values) and np.isfinite(values[0]) else ""
-
     def is_cut_off(self, indices: Iterable[int]) -> bool:
         """Whether the last row is truncated, as one of a text may be.
 
@@ -237,7 +225,8 @@ class Table:
     def _has_value(self, header: str, value: str) -> np.ndarray:
         stated = self.lines.stated(header) if self.lines is not None and header not in self.headers else []
         if header not in self.headers and not any(stated):
-            limit = f"the columns are {', '.join(map(repr, self.headers))}"
+            known = any(map(names_quantity, self.headers))  # of a file that is no recording nothing is quoted
+            limit = f"the columns are {', '.join(map(repr, self.headers))}" if known else "inspect shows its columns"
             raise InputError("column of the segment", repr(header), limit, str(self.path), "Give one of them.")
         cells = stated or self.texts(self.headers.index(header))
         found = np.array([cell == value or _same_number(cell, value) for cell in cells], bool)

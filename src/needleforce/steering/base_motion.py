@@ -16,6 +16,7 @@ from ..files import write_rows
 from ..models.flexible_insertion import FlexibleInsertion
 from ..recording.formats.detect import tables_of
 from ..recording.roles import Vocabulary, assign_columns
+from .tip_path_tables import without_columns
 from .tip_paths import TipPath
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ class BaseMotion:
         found = assign_columns(table, {}, _VOCABULARY).matches
         if missing := [name for name in COLUMNS if name not in found]:
             step = f"Give the columns {', '.join(COLUMNS)}."
-            raise InputError("columns", ", ".join(table.headers), f"{missing[0]} is missing", str(path), step)
+            raise without_columns(table, missing, {"depth", "base", "roll"}, step)
         cells = [
             in_range(name, factor * table.numbers(found[name][0]), allowed, "Correct the cell.", place=table.place)
             for name, (factor, allowed) in zip(COLUMNS, _CELLS)

@@ -13,7 +13,8 @@ from ..errors import InputError
 from ..recording.formats.detect import tables_of
 from ..recording.roles import Column, Vocabulary, assign_columns
 from ..recording.table import Table
-from .tip_path_tables import AXES, column_at, lengths, split_header
+from .tip_path_tables import AXES, column_at, lengths, split_header, without_columns
+from .tip_paths import rows_of_each
 
 _LABELS = ("insertion", "insertion_hole", "hole", "needle", "trial", "run", "file", "source", "sensor")
 _WANTED = (*AXES, "depth")
@@ -103,11 +104,11 @@ def read_shapes(file: str | PathLike, *, unit: str | None = None) -> list[Needle
     found = assign_columns(table, {}, _VOCABULARY).matches
     if missing := [name for name in _WANTED if name not in found]:
         step = "Name them x_mm, y_mm, z_mm and depth_mm."
-        raise InputError("columns", ", ".join(table.headers), f"{missing[0]} is missing", str(file), step)
+        raise without_columns(table, missing, set(_WANTED), step)
     series = {name: _lengths(table, column_at(table, name, found[name][-1]), unit) for name in found if name != "label"}
     labels = [table.texts(k) for k in found.get("label", ())]
     keys = list(zip(*labels, series["depth"])) if labels else [(depth,) for depth in series["depth"]]
-    return [_shape(key, series, keys, str(file)) for key in dict.fromkeys(keys)]
+    return [_shape(key, series, rows, str(file)) for key, rows in rows_of_each(keys, str(file)).items()]
 
 
 def _quantity(header: str) -> str | None:
@@ -124,8 +125,7 @@ def _lengths(table: Table, source: Column, unit: str | None) -> np.ndarray:
     return in_range(source.header, found, TRAVEL, "Check the unit, or leave the row out.", place=table.place)
 
 
-def _shape(key: tuple, series: dict[str, np.ndarray], keys: list[tuple], file: str) -> NeedleShape:
-    rows = np.array([k for k, each in enumerate(keys) if each == key])
+def _shape(key: tuple, series: dict[str, np.ndarray], rows: np.ndarray, file: str) -> NeedleShape:
     points = np.column_stack([series[axis][rows] for axis in AXES])
     depth = float(series["depth"][rows[0]])
     name = re.sub(r"\s+", " ", f"{' '.join(map(str, key[:-1]))} {1e3 * depth:g} mm").strip()

@@ -13,7 +13,7 @@ from ..checks import one_of
 from ..errors import InputError
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings, between
 from .path_simulation import SimulatedPath, Simulation
-from .steering_parameters import STEP, Parameter, deviations_of
+from .steering_parameters import Parameter, deviations_of
 from .tip_paths import TipPath
 
 SIMPLE = ("unicycle", "bicycle", "regression")
@@ -21,9 +21,9 @@ SIMPLE = ("unicycle", "bicycle", "regression")
 _UNIT = 0.1  # [m] of depth, so that coefficients are about 1
 _RIDGE = 1e-5  # [m^2]; with errors of 1 mm, coefficients of 0.3 or more are hardly shrunk
 _CORRELATION = 0.4  # correlation of the errors of mechanics and regression in recorded insertions: 0.38, 0.42 and 0.45
-# mean square of the errors of held-out insertions over the expected one, the larger of two gels (2.3 and 1.9), and how
+# mean square of the errors of held-out insertions over the expected one, the larger of two gels (2.2 and 1.3), and how
 # many gels have shown it, which leaves a new one that much doubt (docs/evidence/steering.md)
-GELS_RATIO = 2.3
+GELS_RATIO = 2.2
 GELS = 2
 
 
@@ -201,13 +201,13 @@ class PathPredictor:
         """Expected error of another insertion that enters at 0, given those of the fit, (n, 2) [m]."""
         return self._errors.expected(self._residuals, entry, np.zeros((len(entry), 2)), depth)
 
-    def uncertainty(self, path: TipPath, read: np.ndarray | None = None) -> np.ndarray:
+    def uncertainty(self, path: TipPath, read: np.ndarray | None = None, weight: float | None = None) -> np.ndarray:
         """Standard deviation of the tip in each lateral direction if some rows were read, by index; by default those of
-        the entry, (n,) [m]."""
+        the entry, (n,) [m]. ``weight`` is that of the mechanics, by default of the prediction; 1 for plans."""
         read = path.entry if read is None else read
         rows, depth = np.union1d(path.compared, read), np.maximum(path.depth, 0.0)
         _, sd = self._expected(self._known, self._linearised(path, rows), np.searchsorted(rows, read))
-        return np.interp(depth, depth[rows], sd.mean(axis=1)) * self.error_scale
+        return np.interp(depth, depth[rows], sd.mean(axis=1)) * self.error_scale(weight)
 
     def rms(self, path: TipPath) -> float:
         """Root mean square of the lateral error of the prediction [m]."""
@@ -220,31 +220,31 @@ class PathPredictor:
         return {path.name: self._left_out(k) for k, path in enumerate(self.insertions) if len(self.insertions) > 1}
 
     @property
+    def compares(self) -> bool:
+        """Whether left-out insertions show how well a steered one is predicted from another steered one."""
+        return sum(path.steered for path in self.insertions) > 1
+
+    @property
     def judged(self) -> list["LeftOut"]:
-        """The left-out insertions that show how well another steered one is predicted: the steered ones, or all."""
-        steered = [self.left_out[path.name] for path in self.insertions if path.steered and self.left_out]
-        return steered or list(self.left_out.values())
+        """The left-out insertions that show it: the steered ones; all, if there are not two of these."""
+        shown = [path for path in self.insertions if path.steered or not self.compares]
+        return [self.left_out[path.name] for path in shown if self.left_out]
 
     @cached_property
     def weight(self) -> float:
-        """Weight of the mechanics in a prediction; that of the regression is the rest."""
-        return self.weight_with("regression")
-
-    def weight_with(self, simple: str) -> float:
-        """Weight of the mechanics next to a simple model, from 0 to 1, for which errors of the sizes of those in the
-        left-out steered insertions (geometric mean) and of the usual correlation leave the least."""
-        if not any(path.steered for path in self.insertions) or not self.left_out:
+        """Weight of the mechanics in a prediction, from 0 to 1; that of the regression is the rest. Errors of the sizes
+        of those in the left-out steered insertions (geometric mean) and of the usual correlation leave the least."""
+        if not self.compares:
             return 1.0
-        ratio = math.exp(np.mean([math.log(each.rms(simple) / each.rms("mechanics")) for each in self.judged]))
+        ratio = math.exp(np.mean([math.log(each.rms("regression") / each.rms("mechanics")) for each in self.judged]))
         return min(max((ratio**2 - _CORRELATION * ratio) / (1.0 + ratio**2 - 2.0 * _CORRELATION * ratio), 0.0), 1.0)
 
-    @cached_property
-    def error_scale(self) -> float:
+    def error_scale(self, weight: float | None = None) -> float:
         """Factor by which errors exceed the expected ones, so that 1.96 of them hold 95 %: from left-out insertions, as
         many of the gels on which the laws were chosen, and Student's distribution for their small number."""
         from scipy.stats import t
 
-        ratios = [each.ratio(self.weight) for each in self.judged]
+        ratios = [each.ratio(self.weight if weight is None else weight) for each in self.judged]
         freedom = GELS + len(ratios)
         return math.sqrt((GELS * GELS_RATIO + sum(ratios)) / freedom) * float(t.ppf(0.975, freedom)) / 1.96
 
@@ -273,17 +273,14 @@ class PathPredictor:
         return [self._linearised(path, path.compared) for path in self.insertions]
 
     def _linearised(self, path: TipPath, rows: np.ndarray) -> Sensitive:
-        here = self._residuals_with(self.values, path, rows)
+        here = residuals_of(self.simulate(self.values, path), path, rows)
         slopes = []
         for parameter in self.parameters:
-            number, step = parameter.inside(self.values[parameter.name]), STEP * parameter.spread
+            number, step = parameter.inside(self.values[parameter.name]), parameter.step * parameter.spread
             step = step if parameter.outside(number + step) <= parameter.high else -step
             moved = self.values | {parameter.name: parameter.outside(number + step)}
-            slopes.append((self._residuals_with(moved, path, rows) - here) * (parameter.spread / step))
+            slopes.append((residuals_of(self.simulate(moved, path), path, rows) - here) * (parameter.spread / step))
         stacked = np.array(slopes).reshape(len(slopes), *here.shape)
         if not self.insertions and self.covariance is not None:
             stacked = np.einsum("jk,jmd->kmd", np.linalg.cholesky(self.covariance), stacked)
         return Sensitive(readings_of(path, rows), here, stacked)
-
-    def _residuals_with(self, values: dict[str, float], path: TipPath, rows: np.ndarray) -> np.ndarray:
-        return residuals_of(self.simulate(values, path), path, rows)

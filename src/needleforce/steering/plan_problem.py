@@ -158,14 +158,9 @@ class PlanProblem:
             done = len(self.executed)
             tip[:done] = self.readings.tip[:done] - self.readings.tip[0]
             tip[:, 2] = np.append(self.readings.depth[:done], motion.depth[done:])
-            slope = self._slopes(n)
+            if self.readings.slope is not None:
+                slope = np.vstack([self.readings.slope, np.zeros((n - done, 2))])
         return TipPath("plan", motion.lateral, tip, slope, roll=motion.roll)
-
-    def _slopes(self, n: int) -> np.ndarray | None:
-        assert self.readings is not None
-        if self.readings.slope is None:
-            return None
-        return np.vstack([self.readings.slope, np.zeros((n - len(self.readings.slope), 2))])
 
     @cached_property
     def _error(self) -> np.ndarray:
@@ -178,9 +173,11 @@ class PlanProblem:
 
     def predicted(self, motion: BaseMotion) -> tuple[np.ndarray, SimulatedPath]:
         """Tip (n, 3) from the point of entry [m], with its expected error, and the simulation."""
-        simulated = self.model.simulated(self.path(motion), self.axial, self.replays)
+        path = self.path(motion)
+        simulated = self.model.simulated(path, self.axial, self.replays)
         across = simulated.tip - simulated.tip[0] + self._error
-        return np.column_stack([across, simulated.along - simulated.along[0]]), simulated
+        along = path.depth - simulated.depth + simulated.along  # wherever the tissue begins
+        return np.column_stack([across, along - along[0]]), simulated
 
     def residuals(self, sought: np.ndarray) -> np.ndarray:
         """Distances from target, obstacles and limits, and effort, for least squares."""

@@ -77,7 +77,7 @@ class Plan(Result):
         read = path.compared_until(len(self.problem.executed))
         # the point of entry is where the first reading found it
         entry = 0.0 if self.problem.readings is None else POSITION_NOISE
-        return np.hypot(self.problem.model.predictor.uncertainty(path, read), entry)
+        return np.hypot(self.problem.model.predictor.uncertainty(path, read, weight=1.0), entry)
 
     @cached_property
     def shapes(self) -> tuple[np.ndarray, ...]:

@@ -36,11 +36,12 @@ class ShapeFit(SteeringResult):
 
     def predict(self, shape: NeedleShape) -> np.ndarray:
         """The shape that follows from base and tip of a measured one, at its points, (n, 3) [m]."""
-        tip, modulus = shape.tip - np.append(shape.points[0, :2], 0.0), self.model.values["modulus"]
-        points = needle_shape(self.model.needle, modulus, tip, slope=_base_slope(shape))
+        base, slope = _base(shape)
+        tip = shape.tip - np.append(base, 0.0)
+        points = needle_shape(self.model.needle, self.model.values["modulus"], tip, slope=(slope[0], slope[1]))
         along = shape.points[:, 2]
         across = np.column_stack([np.interp(along, points[:, 2], column) for column in points[:, :2].T])
-        return np.column_stack([across + shape.points[0, :2], along])
+        return np.column_stack([across + base, along])
 
 
 def needle_shape(
@@ -117,13 +118,11 @@ def _pushed(
     return np.vstack([[*entry, 0.0], points[points[:, 2] > 1e-9]])
 
 
-def _base_slope(shape: NeedleShape) -> tuple[float, float]:
-    """Slope at the surface, of a parabola through the first third of the points."""
-    first = shape.points[: max(4, len(shape) // 3)]
-    along = first[:, 2] - first[0, 2]
-    columns = np.column_stack([along, along**2])
-    found = np.linalg.lstsq(columns, first[:, :2] - first[0, :2], rcond=None)[0][0]
-    return float(found[0]), float(found[1])
+def _base(shape: NeedleShape) -> tuple[np.ndarray, np.ndarray]:
+    """Place (2,) [m] and slope (2,) at the first point, of a parabola that fits the first half of the points."""
+    first = shape.points[: max(4, len(shape) // 2)]
+    found = np.polynomial.polynomial.polyfit(first[:, 2] - first[0, 2], first[:, :2], 2)
+    return found[0], found[1]
 
 
 def identify_shapes(
@@ -151,7 +150,7 @@ def identify_shapes(
             parts.append(np.linalg.solve(factor, residuals))
         return np.concatenate(parts)
 
-    parameters = within_reach(SHAPE_MODELS[model], needle.length, max(each.depth for each in shapes))
+    parameters = within_reach(SHAPE_MODELS[model], needle.length, shapes)
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
     fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)

@@ -4,10 +4,12 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from ..checks import one_of
+from .path_simulation import PATH_SPACING
 
 
 @dataclass(frozen=True)
@@ -22,6 +24,7 @@ class Parameter:
     low: float
     high: float
     meaning: str
+    step: float = 2e-3  # of a derivative, in standard deviations of the prior
 
     def inside(self, value: float) -> float:
         """The value as the search sees it."""
@@ -55,10 +58,14 @@ _SKIN = _parameters(
 _PIVOT = _parameters(
     ("pivot_stiffness", "N/m", 500.0, 2.0, True, 1e-2, 5e6, "lateral stiffness of the surface at the entry")
 )
+_SURFACE = 3e-3  # [m]
+# a tip that rests between two nodes of its path moves about the last one, by up to 10 um more than on a node: a
+# derivative goes to where it rests at the same part of a piece
+_ON_A_NODE = PATH_SPACING / _SURFACE
 _GUIDE = _parameters(
     ("guide_distance", "m", 0.03, 0.7, True, 2e-3, 0.3, "distance from the guide to the surface"),
     ("rotational_compliance", "rad/(N m)", 1.0, 3.0, True, 1e-4, 5e3, "rotational compliance of the guide"),
-    ("surface", "m", 0.0, 3e-3, False, -0.02, 0.02, "where the tissue begins, from where depth counts"),
+    ("surface", "m", 0.0, _SURFACE, False, -0.02, 0.02, "where the tissue begins, from where depth counts", _ON_A_NODE),
 )
 _TRACKER = _parameters(
     ("lead", "1", 0.5, 0.5, False, 0.0, 1.0, "share of the base's next motion that a reading has seen"),
@@ -110,15 +117,14 @@ NEAREST_GUIDE = 4e-3  # [m] by which a needle is at least longer than its insert
 _SURFACE_MARGIN = 5e-3  # [m] that the surface may lie before where depth counts from, without a needle out of reach
 
 
-def within_reach(parameters: Sequence[Parameter], length: float, deepest: float) -> tuple[Parameter, ...]:
-    """The parameters of a needle of a length [m] that is pushed in to a depth [m]: its guide is no farther away than
-    it reaches."""
-    room = length - deepest
+def within_reach(parameters: Sequence[Parameter], length: float, insertions: Sequence[Any]) -> tuple[Parameter, ...]:
+    """The parameters of a needle of a length [m] that was pushed in to the depths of insertions: its guide is no
+    farther away than it reaches."""
+    room = length - max(float(np.max(each.depth)) for each in insertions)
     farthest = max(room - _SURFACE_MARGIN, 0.5 * room)
     return tuple(replace(p, high=min(p.high, farthest)) if p.name == "guide_distance" else p for p in parameters)
 
 
-STEP = 2e-3  # of a derivative, in standard deviations of the prior
 ROBUST_FROM = 2.0  # standard deviations
 
 Progress = Callable[[int, float], None]
@@ -172,7 +178,7 @@ def search(
         (np.array([p.inside(edge) for p, edge in edges]) - center) / spread
         for edges in ([(p, p.low) for p in parameters], [(p, p.high) for p in parameters])
     )
-    calls = 0
+    calls, steps = 0, np.array([p.step for p in parameters])
 
     def residuals(deviations: np.ndarray) -> np.ndarray:
         nonlocal calls
@@ -185,7 +191,7 @@ def search(
     def slopes(deviations: np.ndarray) -> np.ndarray:
         columns, here = [], residuals(deviations)
         for i in range(len(deviations)):
-            step = STEP if deviations[i] + STEP <= high[i] else -STEP
+            step = steps[i] if deviations[i] + steps[i] <= high[i] else -steps[i]
             aside = deviations.copy()
             aside[i] += step
             columns.append((residuals(aside) - here) / step)
@@ -193,7 +199,7 @@ def search(
 
     # the last rows before a lost sensor, and whatever else is no noise, count linearly
     robust = {"loss": "soft_l1", "f_scale": ROBUST_FROM}
-    start = np.clip(0.0, low + STEP, high - STEP)  # the means of the priors
+    start = np.clip(0.0, low + steps, high - steps)  # the means of the priors
     solution = least_squares(residuals, start, slopes, (low, high), xtol=1e-5, ftol=1e-5, max_nfev=100, **robust)
     return _found(parameters, center + spread * solution.x, solution.jac)
 

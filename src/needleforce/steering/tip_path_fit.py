@@ -85,14 +85,14 @@ class SteeringFit(SteeringResult):
     def remarks(self) -> list[str]:
         """What a reader should know of the intervals, and how well simple models predict."""
         doubts = [f"{path.name}: {doubt}" for path in self.model.predictor.insertions for doubt in path.doubts]
-        compared = self.compared
-        if not compared:
+        if not (compared := self.compared):
             return [*doubts, *super().remarks()]
-        weight = self.model.predictor.weight
-        best = min(SIMPLE, key=lambda by: compared[by])
+        predictor, best = self.model.predictor, min(SIMPLE, key=lambda by: compared[by])
         sizes = ", ".join(f"{by} {1e3 * error:.2f}" for by, error in compared.items())
-        line = f"error of left-out insertions in mm: {sizes}; the mechanics have a weight of {weight:.0%}"
-        if compared[best] <= compared["prediction"]:
+        line = f"error of left-out insertions in mm: {sizes}; the mechanics have a weight of {predictor.weight:.0%}"
+        # in each: of two insertions, the median alone is often lower by chance
+        as_well = [each.rms(best) <= each.rms("prediction", predictor.weight) for each in predictor.judged]
+        if predictor.compares and all(as_well):
             line += f". The {best} predicts them as well: take predict(path, by='{best}')"
         return [*doubts, *super().remarks(), line]
 
@@ -123,8 +123,7 @@ def identify_paths(
         parts = [residuals_of(simulated_path(values, path, needle=needle), path) for path in insertions]
         return errors.whitened(parts).ravel()
 
-    deepest = max(float(path.depth.max()) for path in insertions)
-    parameters = within_reach(held_at(MODELS[model], held), needle.length, deepest)
+    parameters = within_reach(held_at(MODELS[model], held), needle.length, insertions)
     found = search(parameters, misfit, progress)
     fitted = identified_model(
         model, needle, found.values, parameters=parameters, covariance=found.covariance, insertions=tuple(insertions)

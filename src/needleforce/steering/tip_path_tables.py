@@ -13,10 +13,10 @@ from ..recording.force_signal import outliers
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
 from ..recording.quantities import split
-from ..recording.roles import Column, Vocabulary, assign_columns
+from ..recording.roles import Column, Vocabulary, assign_columns, columns_of
 from ..recording.table import Table
 from ..units import parse
-from .tip_paths import TipPath
+from .tip_paths import TipPath, rows_of_each
 
 AXES = ("x", "y", "z")
 _TIP = tuple(f"tip_{axis}" for axis in AXES)
@@ -27,7 +27,7 @@ _FEWEST = 8  # rows among which a spike is found
 _QUANTUM = 2.0 * 0.6745 * 0.5e-3  # [m] whose half is the median size of the noise of a bad tracker
 _CORRECT = "Check the unit, or leave the row out."
 _LABELS = ("file", "insertion", "trial", "run")
-_WANTED = "tip_x, tip_y, tip_z, and base_x, base_y, base_z without the one along the insertion"
+_BASE = ["base_x, base_y, base_z without the one along the insertion"]
 
 
 def read(file: str | PathLike, *, unit: str | None = None) -> list[TipPath]:
@@ -64,8 +64,7 @@ def read(file: str | PathLike, *, unit: str | None = None) -> list[TipPath]:
     rows = len(series["tip_x"])
     if not rows:
         raise InputError("rows", 0, "an empty table", str(file), "Give a table with a header and a row a step.")
-    labels = _labels(table, rows)
-    groups = {label: np.array([i for i, each in enumerate(labels) if each == label]) for label in dict.fromkeys(labels)}
+    groups = rows_of_each(_labels(table, rows), str(file))
     return [_path(label, series, group, table) for label, group in groups.items()]
 
 
@@ -114,10 +113,16 @@ def _check(table: Table, columns: dict[str, Column]) -> None:
     missing = [f"tip_{axis}" for axis in AXES if f"tip_{axis}" not in columns]
     across = [axis for axis in AXES if f"base_{axis}" in columns]
     if missing or len(across) == 1:
-        given, step = ", ".join(table.headers), f"Name them {_WANTED}, with units as suffixes (tip_x_mm)."
+        step = f"Name them {', '.join([*_TIP, *_BASE])}, with units as suffixes (tip_x_mm)."
         if all(axis in (split_header(header)[0] for header in table.headers) for axis in AXES):
             step = "For points along needles, x_mm, y_mm, z_mm and depth_mm, call nf.steering.read_shapes."
-        raise InputError("columns", given, "not those of a tip path", str(table.path), step)
+        raise without_columns(table, missing or _BASE, {"tip", "base"}, step)
+
+
+def without_columns(table: Table, missing: list[str], words: set[str], step: str) -> InputError:
+    """The error for a table that lacks columns, of which each of another such table has one of these words."""
+    found = columns_of(table, lambda header: not words.isdisjoint(_words(header)))
+    return InputError(" and ".join(missing), "missing", found, str(table.path), step)
 
 
 def _labels(table: Table, rows: int) -> list[str]:

@@ -1,18 +1,33 @@
 # SPDX-License-Identifier: Apache-2.0
 """A steered insertion as it was recorded: the motion of the base and the tip, in the frame of the tissue."""
 
+from collections.abc import Hashable, Iterable
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
 from ..checks import PLACE, ROLL, SLOPE, TRAVEL, in_range
+from ..files import check_count
+
+Key = TypeVar("Key", bound=Hashable)
 
 RANGES = {"base": PLACE, "tip": PLACE, "start": PLACE, "slope": SLOPE, "roll": ROLL}
 
 ENTRY = 6e-3  # [m] of travel that count as the entry
+MAX_INSERTIONS = 1000  # of a file or table, which have tens: more are rows that were taken for insertions
 MAX_COMPARED = 60  # rows of an insertion that a fit compares
 _STEP = "Check units and cells: give a row a step, and leave out rows without a reading."
 TIP_COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm")  # of tables of steps
+
+
+def rows_of_each(keys: Iterable[Key], place: str) -> dict[Key, np.ndarray]:
+    """The rows of each insertion, in the order of the file, by the key of each row."""
+    found: dict[Key, list[int]] = {}
+    for row, key in enumerate(keys):
+        found.setdefault(key, []).append(row)
+    check_count("insertions", len(found), MAX_INSERTIONS, place)
+    return {key: np.array(rows) for key, rows in found.items()}
 
 
 @dataclass(frozen=True)

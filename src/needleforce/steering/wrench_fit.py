@@ -178,8 +178,7 @@ def identify_wrenches(
             parts += [np.linalg.solve(block, column) for block, column in zip(blocks, residuals.T)]
         return np.concatenate(parts)
 
-    deepest = max(float(each.depth.max()) for each in insertions)
-    parameters = within_reach(held_at(WRENCH_MODELS[model], held), needle.length, deepest)
+    parameters = within_reach(held_at(WRENCH_MODELS[model], held), needle.length, insertions)
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
     fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)

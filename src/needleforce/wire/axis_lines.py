@@ -13,6 +13,7 @@ import math
 from typing import NamedTuple
 
 from ..errors import InputError
+from ..units import number_in
 
 PORT = 49153
 STATE_RATE_HZ = 60.0  # source paper sec. 1
@@ -111,7 +112,7 @@ def parse_command(line: str) -> tuple[str, tuple[float, ...]]:
 
 def _numbers(line: str, *texts: str) -> tuple[float, ...]:
     try:
-        numbers = tuple(float(text) for text in texts)
+        numbers = tuple(map(number_in, texts))
     except ValueError:
         raise _not_a_line(line) from None
     if not all(map(math.isfinite, numbers)):

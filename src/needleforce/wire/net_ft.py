@@ -16,7 +16,7 @@ from xml.sax.saxutils import escape
 
 from ..errors import InputError
 from ..files import xml_root
-from ..units import size
+from ..units import number_in, size
 
 PORT = 49152
 AXES = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -162,7 +162,7 @@ def _root(page: bytes, place: str) -> Element:
 def _number(root: Element, tag: str, place: str, low: float, high: float) -> float:
     text = root.findtext(tag)
     try:
-        value = float(text or "")
+        value = number_in(text or "")
     except ValueError:
         value = math.nan
     if not low <= value <= high:
@@ -183,7 +183,7 @@ def _unit(root: Element, tag: str, dimension: str, place: str) -> float:
 
 def _ratings(root: Element, force: float, torque: float) -> tuple[float, ...]:
     try:
-        values = [float(text) for text in (root.findtext("cfgmr") or "").split(";")]
+        values = [number_in(text) for text in (root.findtext("cfgmr") or "").split(";")]
     except ValueError:
         return (0.0,) * 6
     known = len(values) == 6 and all(0.0 <= value < 1e9 for value in values)

@@ -14,7 +14,6 @@ from ...wire.axis_lines import MAX_LINE_LENGTH, PORT, Answer, AxisRange, AxisSta
 from .arrival_time import StampedSocket
 
 ANSWER_TIMEOUT_S = 1.0
-_STOP_REPEAT_S = 0.05  # after which an unanswered stop is sent again
 _POLL_S = 0.05
 _MAX_LINES_PER_S, _MAX_LINE_BURST = 3000, 1000  # from an axis; more are a flood
 _FLOOD_PAUSE_S = 0.005  # between two reads of a flood, so that the force has the processor
@@ -27,7 +26,7 @@ class AxisClient:
 
     A thread reads its lines; ``close`` joins it. An axis stops by itself half a second after the last line from its
     client: while it moves, call ``alive`` often. All methods except ``receive`` may be called from any thread. All
-    except ``send_stop``, ``stop``, ``alive`` and ``close`` raise InputError if the connection is lost or the axis sends
+    except ``send_stop``, ``alive`` and ``close`` raise InputError if the connection is lost or the axis sends
     an invalid line. Of an axis that sends more than 3000 lines a second only the newest state is read.
 
     Parameters
@@ -79,13 +78,8 @@ class AxisClient:
             raise self._fault
         return states
 
-    def move(self, depth: float, speed: float) -> None:
-        """Send the tip to ``depth`` [m] at ``speed`` [m/s]; return when it is accepted. Raises InputError if not."""
-        self.send_move(depth, speed)
-        self._accepted("move")
-
     def send_move(self, depth: float, speed: float) -> None:
-        """As ``move``, but return at once; ``answer`` has the result."""
+        """Send the tip to ``depth`` [m] at ``speed`` [m/s]; ``answer`` has the result. Limits as in ``check_move``."""
         self.check_move(depth, speed)
         self._answers.pop("move", None)
         self._send(move_line(depth, speed))
@@ -98,7 +92,9 @@ class AxisClient:
         """Go to the site ``number`` of the specimen, from 1."""
         self._answers.pop("site", None)
         self._send(f"site {number}")
-        self._accepted("site")
+        self._await(lambda: "site" in self._answers, "answer to site")
+        if not (answer := self._answers["site"]).accepted:
+            raise InputError("site", "refused", answer.reason, self.place)
 
     def check_move(self, depth: float, speed: float) -> None:
         """Raise InputError for a move outside the limits of the axis."""
@@ -118,17 +114,6 @@ class AxisClient:
         self._answers.pop("stop", None)
         self._send("stop")
 
-    def stop(self) -> bool:
-        """Send a stop, repeatedly, until it is answered; whether it was in time. The answer is no proof of rest."""
-        self._answers.pop("stop", None)
-        until = time.monotonic() + self._timeout
-        while not self._fault and time.monotonic() < until:
-            self._send("stop")
-            with self._changed:
-                if self._changed.wait_for(lambda: "stop" in self._answers or self._fault, _STOP_REPEAT_S) is True:
-                    return True
-        return False
-
     def close(self) -> None:
         """Close the connection; the axis then stops by itself."""
         self._closing = True
@@ -136,12 +121,6 @@ class AxisClient:
             self._socket.shutdown(socket.SHUT_RDWR)
         self._thread.join(5.0)
         self._socket.close()
-
-    def _accepted(self, command: str) -> None:
-        self._await(lambda: command in self._answers, f"answer to {command}")
-        answer = self._answers[command]
-        if not answer.accepted:
-            raise InputError(command, "refused", answer.reason, self.place)
 
     def _await(self, arrived: Callable[[], bool], what: str) -> None:
         with self._changed:

@@ -26,9 +26,8 @@ _QUIET = 0.25  # of the variance of the noise at rest, below which a sensor has 
 _MIN_QUANTA = 0.5  # standard deviations of a quantum, below which its noise depends on where between two counts it is
 _BLOCK = 20  # readings whose mean shows a jump of the scale
 _MAX_SCALE = 0.8  # after a jump, of that before
-_FEWEST_AXES = 3  # whose bias must have changed by the same factor
-_CLEAR, _WITHIN = 10.0, 5.0  # standard errors of a change that is seen, and of one that is not
-_SAME = 0.05  # of the change: difference of the factors that the growth of the force meanwhile explains
+_WITHIN = 4.0  # standard errors within which six axes that fall by one factor agree, but for one time in 2000
+_COINCIDENCE = 0.01  # probability that forces by chance change all axes by one factor
 _BUCKET_S, _BUCKETS = 1.0, 20  # over which the smallest delay is remembered: a clock may be wrong by 1 %
 
 
@@ -243,18 +242,25 @@ class QuietCheck:
 
 class ScaleCheck:
     """Whether all axes fell by one factor between two means of 20 readings, with one mean in between: a sensor that
-    loses its scale takes its bias along, a force leaves it. Three axes at least whose force is small next to their bias
-    must have fallen clearly, by the same factor."""
+    loses its scale takes its bias along, a force leaves it.
+
+    Judged are the axes that are mostly bias: of it a quarter is force at most, of which the loss is a fall to 0.8. All
+    must agree, within their noise and what the force grows on, and so closely that forces that change each axis at
+    random, by up to as much, do so in one of 100 changes. Such changes are met in one of ten insertions: a false alarm
+    in less than one of 1000.
+    """
 
     def __init__(self):
         self._sum, self._count = np.zeros(6), 0
-        self._means: deque[np.ndarray] = deque(maxlen=3)
+        self._means: deque[np.ndarray] = deque(maxlen=4)
         self._bias = self._error = np.full(6, math.inf)
 
     def learn(self, wrenches: np.ndarray) -> None:
-        """Learn bias and noise from readings (n, 6) at rest."""
+        """Learn bias and noise from readings (n, 6) at rest; that of means of 20, of correlated readings too."""
         self._bias = wrenches.mean(axis=0)
-        self._error = wrenches.std(axis=0) * math.sqrt(2.0 / _BLOCK)
+        means = wrenches[: len(wrenches) // _BLOCK * _BLOCK].reshape(-1, _BLOCK, 6).mean(axis=1)
+        found = means.std(axis=0, ddof=1) if len(means) > 1 else np.zeros(6)
+        self._error = np.maximum(found, wrenches.std(axis=0) / math.sqrt(_BLOCK))
 
     def add(self, wrench: tuple[float, ...]) -> float:
         """The factor by which the scale fell, or 1."""
@@ -264,15 +270,19 @@ class ScaleCheck:
             return 1.0
         self._means.append(self._sum / _BLOCK)
         self._sum, self._count = np.zeros(6), 0
-        before, now = self._means[0], self._means[-1]
-        clear = np.abs(now - before) > _CLEAR * self._error
-        own = clear & (4.0 * np.abs(before - self._bias) < np.abs(self._bias))
-        if len(self._means) < 3 or np.count_nonzero(own) < _FEWEST_AXES:
+        if len(self._means) < 4:
+            return 1.0
+        first, before, _, now = self._means
+        own = (4.0 * np.abs(before - self._bias) < np.abs(self._bias)) & (self._error > 0.0)
+        if not own.any():
             return 1.0
         factors = now[own] / before[own]
-        factor = float(np.median(factors))
-        error = np.maximum(_SAME * abs(1.0 - factor), _WITHIN * self._error[own] / np.abs(before[own]))
-        return factor if factor < _MAX_SCALE and np.all(np.abs(factors - factor) < error) else 1.0
+        within = (_WITHIN * math.sqrt(2.0) * self._error + 2.0 * np.abs(before - first))[own] / np.abs(before[own])
+        factor = float(np.average(factors, weights=within**-2.0))
+        if not factor < _MAX_SCALE or np.any(np.abs(factors - factor) > within):
+            return 1.0
+        chance = float(np.prod(np.sort(np.minimum(within / (1.0 - factor), 1.0))[1:]))
+        return factor if chance < _COINCIDENCE else 1.0
 
 
 class Lateness:

@@ -54,11 +54,8 @@ class MotionAxis(Protocol):
         Raises InputError if the axis is lost.
         """
 
-    def move(self, depth: float, speed: float) -> None:
-        """Send the tip to ``depth`` [m] at ``speed`` [m/s]; return when it is accepted. Raises InputError if not."""
-
     def send_move(self, depth: float, speed: float) -> None:
-        """As ``move``, but return at once: a stop waits for it; ``answer`` has the result."""
+        """Send the tip to ``depth`` [m] at ``speed`` [m/s] and return, as a stop waits; ``answer`` has the result."""
 
     def answer(self, command: str) -> Answer | None:
         """The answer to the last command of this name, None until it arrives."""
@@ -74,9 +71,6 @@ class MotionAxis(Protocol):
 
     def send_stop(self) -> None:
         """Send a stop and return at once."""
-
-    def stop(self) -> bool:
-        """Stop; whether the axis answered."""
 
     def close(self) -> None:
         """Close the connection."""

@@ -235,27 +235,6 @@ class LineAxis:
         self._states.clear()
         return states
 
-    def move(self, depth: float, speed: float) -> None:
-        """Refused: the program that writes the lines moves the needle, or an operator does."""
-        raise InputError("move", f"to {depth:g} m", "standard input takes no commands", next_step="Use --axis.")
-
-    def site(self, number: int) -> None:
-        """Refused, as ``move`` is."""
-        raise InputError("site", number, "standard input takes no commands", next_step="Use --axis.")
-
-    def alive(self) -> None:
-        """Nothing to do: no axis waits for it."""
-
-    def send_stop(self) -> None:
-        """Nothing to do: there is no axis to stop."""
-
-    def stop(self) -> bool:
-        """False: there is no axis to stop."""
-        return False
-
-    def close(self) -> None:
-        """Nothing to close."""
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LineColumns:

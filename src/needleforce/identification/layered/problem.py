@@ -119,10 +119,6 @@ class Problem:
         free[list(self.unknowns.held)] = 0
         return free
 
-    def by_layer(self, run: int, x: np.ndarray) -> np.ndarray:
-        """Forces (layers, m) [N] of every layer along the cycle of a run; the total force is their sum."""
-        return self._core.forces(run, x)
-
     def speed_factor(self, cycle: BinnedCycle, x: np.ndarray) -> float:
         """Factor of the forces at the speed of a cycle."""
         return float((cycle.speed / self.speed) ** x[self.unknowns.speed])

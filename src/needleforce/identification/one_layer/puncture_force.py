@@ -1,18 +1,23 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The force at the puncture: measured, modelled, and whether the law meets the measured one."""
+"""The force at the puncture: measured, modelled, whether the law meets the measured one, and whether it falls behind an
+average filter that is not declared."""
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from ...models.parameter_units import UNITS
-from ...segmentation import Puncture
+from ...recording import Recording
+from ...segmentation import Events, Puncture
 from ...segmentation.strokes import white_noise
+from ...vocabulary import Phase
 from ..estimates import Estimate
 from ..statistics.noise import SIGNIFICANT, TWO_SIDED, Noise
-from ..statistics.regression import coefficients, inverse
-from ..strokes import Strokes
+from ..statistics.regression import VERY_STRONG_BIC, coefficients, inverse
+from ..strokes import Strokes, own_spans
 from .cycle_values import CycleFit
 
 WINDOW_M = 0.1e-3  # [m] of travel before the puncture
@@ -21,6 +26,11 @@ MAX_MISMATCH = 0.05  # [of the measured force] more than the noise allows, and m
 PEAK_DROP_SIGMA = 5.0  # [standard deviations of the noise] more than the largest of the samples near a peak
 SOURCE = "measured: curve through the last 0.1 mm before the puncture"
 OF_THE_SENSOR = {"time", "filter"}  # errors of the model that change the measured peak
+BLOCKS = 12  # of samples around a fall at least, and over it at most
+PARAMETERS = 5  # of a parabola before a fall and a line after it
+LENGTHS, STARTS = np.geomspace(0.2, 1.6, 10), np.linspace(-0.6, 0.3, 10)  # [of the fall] of its course, from the peak
+FINER = np.linspace(-0.5, 0.5, 5)  # [steps of the grid] around the best of it
+RUPTURES = (None, 2.0, 1.5, 3.0, 1.0)  # powers of gradual ones that a filter is compared with; None is a smooth step
 MAX_STRAIGHT_WINDOW = 0.03  # [of the indentation] over a longer window the curvature of the loading curve matters
 
 
@@ -168,3 +178,85 @@ def puncture_match(fit: CycleFit, peak: MeasuredPeak | None) -> PunctureMatch | 
     after = values["friction_per_length"] * values["puncture_indentation"] + values["cutting_force"]
     error = SIGNIFICANT / TWO_SIDED * math.sqrt(2.0) * math.hypot(peak.noise, math.sqrt(0.5) * peak.rounding)
     return PunctureMatch(modelled=values["puncture_force"], after=after, measured=peak.force, error=error)
+
+
+def filter_of_the_fall(recording: Recording, events: Events) -> int:
+    """Length [samples] of an average filter that explains the fall at the first puncture better, by very strong
+    evidence, than a sharp and than a gradual rupture; 0 if none.
+
+    Before and after the fall the force is a parabola and a line. The filter averages a step between them; a gradual
+    rupture goes over by exp(-(s / l)^m), as does any law of this package, or by a smooth step.
+    """
+    if recording.card.filter_length > 1 or not events.punctures:
+        return 0
+    place, force, samples, size = _fall(recording, events)
+    if len(place) < BLOCKS or not place[0] < -0.5 < 0.5 < place[-1]:
+        return 0
+    enough = math.exp(VERY_STRONG_BIC / len(place))
+    near = place[PARAMETERS:-PARAMETERS]
+    sharp = _unexplained(force, _broken(place, None, near[np.abs(near) < 1.0]))[0]
+    if sharp < enough * len(place) * white_noise(recording.force) ** 2 / size:
+        return 0
+    smeared, length = _closest(force, partial(_averaged, place))
+    if not smeared * enough < sharp or any(
+        _closest(force, partial(_broken, place, power=each))[0] <= smeared * enough for each in RUPTURES
+    ):
+        return 0
+    return round(length * samples)
+
+
+def _fall(recording: Recording, events: Events) -> tuple[np.ndarray, np.ndarray, int, int]:
+    """The fall at the first puncture with twice its length on both sides: place (n,) from the peak, over the length of
+    the fall, and force (n,) of blocks of samples; that length and the size of the blocks [samples]."""
+    first = events.punctures[0]
+    peak = int(np.searchsorted(recording.time, first.time))
+    ends = [span.first for phase in (Phase.hold, Phase.extraction) for span in own_spans(events, phase)]
+    ends += [len(recording), *(each.low for each in events.punctures[1:2])]
+    length = max(first.end - peak, 1)
+    size = max(length // BLOCKS, 1)
+    before, after = min(2 * length, peak) // size, max(min(peak + 3 * length, *ends) - peak, 0) // size
+    force = recording.force[peak - before * size : peak + after * size].reshape(-1, size).mean(axis=1)
+    return (np.arange(len(force)) - before) * (size / length), force, length, size
+
+
+def _closest(force: np.ndarray, columns: Callable) -> tuple[float, float]:
+    """The least sum of squares [N²] that a course of the fall leaves of the force (n,), over its length and its start,
+    and that length [of the fall]."""
+    lengths, starts = LENGTHS, STARTS
+    for _ in range(3):
+        grid = [each.ravel() for each in np.meshgrid(lengths, starts)]
+        squares, best = _unexplained(force, columns(*grid))
+        length = float(grid[0][best])
+        lengths, starts = length * (lengths[1] / lengths[0]) ** FINER, grid[1][best] + (starts[1] - starts[0]) * FINER
+    return squares, length
+
+
+def _averaged(place: np.ndarray, lengths: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """Columns (k, n, 5) of a parabola before and a line behind a step at each of ``starts`` (k,), averaged over the
+    ``lengths`` (k,) up to each place (n,)."""
+    end, length = place - starts[:, None], lengths[:, None]
+    first = end - length
+    before = [(np.minimum(end, 0.0) ** p - np.minimum(first, 0.0) ** p) / (p * length) for p in (1, 2, 3)]
+    after = [(np.maximum(end, 0.0) ** p - np.maximum(first, 0.0) ** p) / (p * length) for p in (1, 2)]
+    return np.stack([*before, *after], axis=2)
+
+
+def _broken(
+    place: np.ndarray, lengths: np.ndarray | None, starts: np.ndarray, power: float | None = None
+) -> np.ndarray:
+    """Columns (k, n, 5) of a parabola that goes over into a line by a rupture at each of ``starts`` (k,): over
+    ``lengths`` (k,) with a ``power``, or by a smooth step; sharp without lengths."""
+    away = place - starts[:, None]
+    passed = np.maximum(away, 0.0) / lengths[:, None] if lengths is not None else (away > 0.0).astype(float)
+    step = np.minimum(passed, 1.0)
+    share = 1.0 - step**2 * (3.0 - 2.0 * step) if power is None else np.exp(-(passed**power))
+    left = 1.0 - share
+    return np.stack([share, share * away, share * away**2, left, left * away], axis=2)
+
+
+def _unexplained(force: np.ndarray, design: np.ndarray) -> tuple[float, int]:
+    """The least sum of squares [N²] that a design of (k, n, 5) leaves of the force (n,), and which of them."""
+    across = np.swapaxes(design, 1, 2)
+    values = np.linalg.solve(across @ design + 1e-9 * np.eye(design.shape[2]), (across @ force)[..., None])
+    squares = np.sum((force - (design @ values)[..., 0]) ** 2, axis=1)
+    return float(squares.min()), int(squares.argmin())

@@ -35,6 +35,7 @@ SLOW_WAVES, MAX_BLOCKS = 8, 64
 MIN_WAVE = 1e-3
 """[of the largest] Below, a cosine is absorbed by the parameters."""
 
+MIN_FREE_SAMPLES = 100  # of the free travel, for the correlation of the noise
 FEW_LAGS = 100  # up to which direct sums are faster than a spectrum
 MIN_QUIET_LAGS = 5
 """So many insignificant autocorrelations in a row end the search for further ones."""
@@ -233,3 +234,28 @@ def likely_punctures(gain: np.ndarray, variance: float) -> tuple[np.ndarray, np.
     weight = weight[order] / weight.sum()
     kept = int(weight.cumsum().searchsorted(LEVEL)) + 1
     return near[order[:kept]], weight[:kept] / weight[:kept].sum()
+
+
+def undeclared_filter(free: np.ndarray, declared: int) -> int:
+    """Length [samples] of an average filter that the (n,) free force shows and the recording does not declare; 0 for
+    none.
+
+    Behind an average of n samples the autocorrelation falls on a straight line to 0 at lag n. The length is that of the
+    line through the correlated lags; it is reported where it is at least 2 and not the declared one.
+    """
+    if len(free) < MIN_FREE_SAMPLES:
+        return 0
+    place = np.arange(len(free)) - 0.5 * (len(free) - 1)
+    residual = free - free.mean()
+    residual -= place * (core.product(place, residual) / core.product(place, place))
+    noise = noise_of(residual, len(residual), 1, 2.0)
+    if noise.last_lag < 1 or noise.ar1_factor:
+        return 0
+    lags = np.arange(noise.last_lag + 1)
+    correlation = core.lagged_products(residual, noise.last_lag)
+    correlation /= correlation[0]
+    slope = float((1.0 - correlation) @ lags / (lags @ lags))
+    misfit = float(np.max(np.abs(correlation - (1.0 - slope * lags))))
+    length = round(1.0 / slope) if slope > 0.0 else 0
+    straight = misfit < SIGNIFICANT * math.sqrt(max(noise.last_lag, 1) / len(residual))
+    return length if straight and length >= 2 and abs(length - declared) > 0.25 * declared else 0

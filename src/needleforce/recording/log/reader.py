@@ -148,6 +148,7 @@ def logs(
     log = _log(collected, read, notes + collected.notes())
     files = log.files or ((place,) if place.is_file() else ())
     log.sha256 = digest(*files) if files else ""
+    collected.clear()
     yield log
 
 
@@ -175,15 +176,23 @@ def _log(collected: Collected, read: "list[_Contents]", notes: list[Note] | None
 
 
 def _parts(path: Path, part: str | None, collected: Collected, notes: list[Note]) -> "Iterator[_Contents]":
-    """The files of a recording in their order, each to be read before the next is looked for: the recorder, which may
-    be at work, begins a part before it ends the one before. Raises InputError for one that is missing or another."""
+    """The files of a recording in their order, each to be read before the next is taken. Raises InputError for one that
+    is missing or another.
+
+    The recorder, which may be at work, begins a part after the last readings of the one before, where it then names it:
+    a part that was begun before the one before was read, or that is named there, misses none of them.
+    """
     first = _facts_of_part(path) or {}
-    if part is not None:
-        yield _Contents(collected, _chosen_file(path, first, part))
-        return
-    yield (contents := _Contents(collected, path))
-    number, file = 2, part_path(path, 2)
-    while first.get("part") == "1" and (file.exists() or CONTINUED in contents.metadata.get(END, {})):
+    file, number = path if part is None else _chosen_file(path, first, part), 1
+    while True:
+        following = part_path(path, number + 1)
+        begun = following.exists()
+        yield (contents := _Contents(collected, file))
+        if part is not None or first.get("part") != "1":
+            return
+        if not (begun or CONTINUED in contents.metadata.get(END, {})):
+            return
+        file, number = following, number + 1
         facts = _facts_of_part(file) if file.exists() else {"part": "missing", "run": first.get("run")}
         if facts is None and not part_path(path, number + 1).exists():
             notes.append(Note("incomplete", f"part {number} was only begun: it holds no readings"))
@@ -193,8 +202,6 @@ def _parts(path: Path, part: str | None, collected: Collected, notes: list[Note]
             limit = "the files are not those that were recorded one after the other"
             step = "Put them back, or read each by itself, such as with --part part0001."
             raise InputError(f"part {number}", what, limit, str(file), step)
-        yield (contents := _Contents(collected, file))
-        number, file = number + 1, part_path(path, number + 1)
 
 
 def _chosen_file(path: Path, first: Mapping[str, str], part: str) -> Path:

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -81,8 +82,8 @@ def _aligned(name: str, messages: Messages, origin: int) -> tuple[np.ndarray, li
     starts = np.flatnonzero(np.diff(messages.device) < 0) + 1
     if not _has_clock(messages) or len(starts) > _MAX_RESTARTS:
         return arrival, [f"the {name} has no clock of its own: its times are the arrival times"], []
-    parts, notes = np.split(np.arange(len(device)), starts), []
-    host = np.empty(len(device))
+    parts = [slice(*ends) for ends in pairwise((0, *starts.tolist(), len(device)))]
+    host, notes = np.empty(len(device)), []
     for part in parts:
         found = align(device[part], arrival[part])
         host[part] = found.host(device[part])
@@ -133,7 +134,10 @@ def without_bias(wrench: Messages, marks: list[Mark], stream: Stream) -> np.ndar
     which = np.maximum(np.searchsorted(arrivals, wrench.arrival, "right") - 1, 0)
     shown = ", ".join(f"{axis} {value:.6g}" for axis, value in zip(AXES, values[0]))
     stream.notes.append(Note("baseline", f"the bias measured before contact is removed: {shown} N, N m", len(biases)))
-    return wrench.values - values[which]
+    found = wrench.values.copy(order="F")  # each axis by itself: of a recording of hours each copy counts
+    for axis in range(found.shape[1]):
+        found[:, axis] -= values[which, axis]
+    return found
 
 
 def axes_of(
@@ -216,6 +220,7 @@ def _put_block(stream: Stream, log: Log, clock: _Clock, options: ReadOptions) ->
         )
         raise InputError("number of wrenches", len(log.wrench), limit, stream.place, step)
     axis_time = _put_wrenches(stream, log, clock, options)
+    log.wrench = log.wrench.kept(np.empty(0, int))  # of hours they take as much memory as the recording
     if options.motion is not None or not (clock.moving or len(log.axis)):
         return
     time = stream.values["time"]
@@ -288,22 +293,23 @@ def _put_wrenches(stream: Stream, log: Log, clock: _Clock, options: ReadOptions)
     if options.baseline:
         wrench = replace(wrench, values=without_bias(wrench, log.marks, stream))
     order = _usable(times["force"], wrench, "wrenches", stream)
+    time = times["force"][order]
     if clock.start is None:
-        clock.start = times["force"][order[0]] - _number(log.card, "start_s", stream.place)
+        clock.start = time[0] - _number(log.card, "start_s", stream.place)
     chosen = log.axial or log.card.get("axial", "")
     if not chosen:
         chosen = "fz"
         stream.assumptions.append("the force along the needle is fz of the sensor")
     found = axes_of(wrench.values[order], chosen, dict(options.units or {}), log.card, stream)
-    stream.values = {"time": times["force"][order] - clock.start, **found}
+    stream.values = {"time": time - clock.start, **found}
     return times.get("depth", np.empty(0)) - clock.start
 
 
-def _usable(time: np.ndarray, messages: Messages, what: str, stream: Stream) -> np.ndarray:
-    """The index of the messages with finite values and increasing times; a note on the others."""
+def _usable(time: np.ndarray, messages: Messages, what: str, stream: Stream) -> np.ndarray | slice:
+    """The index of the messages with finite values and increasing times, a slice of all; a note on the others."""
     order = np.arange(len(time)) if messages.counted else np.argsort(time, kind="stable")
-    finite = order[np.isfinite(messages.values[order, 0]) & np.isfinite(time[order])]
-    finite = finite if what != "wrenches" else finite[np.isfinite(messages.values[finite]).all(axis=1)]
+    needed = messages.values if what == "wrenches" else messages.values[:, :1]
+    finite = order[(np.isfinite(needed).all(axis=1) & np.isfinite(time))[order]]
     kept = finite[forward(time[finite])] if len(finite) else finite
     left = len(time) - len(kept)
     if left:
@@ -312,7 +318,7 @@ def _usable(time: np.ndarray, messages: Messages, what: str, stream: Stream) -> 
     if len(kept) < 2:
         limit = "at least 2 with finite values and increasing times are needed"
         raise InputError(f"number of {what}", len(kept), limit, stream.place, "Check the recording of this topic.")
-    return kept
+    return kept if left or not messages.counted else slice(None)
 
 
 def _put_motion(stream: Stream, axis: Messages, time: np.ndarray, units: Mapping[str, str], inwards: float) -> None:

@@ -121,6 +121,10 @@ class Collected:
         self.marks = bias + [each for each in self.marks if each.arrival > end - _OVERLAP_NS and each not in bias]
         return taken
 
+    def clear(self) -> None:
+        """Leave the messages to what was made of them."""
+        self._topics = {}
+
     def wrench(self) -> Messages:
         """The messages of the only topic with wrenches, or of the chosen one."""
         topic = self._topic("force", self._force_topic, WRENCH_TOPIC)

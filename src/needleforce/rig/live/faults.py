@@ -13,6 +13,7 @@ import numpy as np
 
 from ...checks import one_of
 from ...errors import InputError
+from ...units import number_in
 from ...wire.net_ft import RECORD_SIZE
 from ..run import FORCE_RATE_HZ
 
@@ -76,7 +77,7 @@ def parse_fault(text: str) -> tuple[str, float]:
     """Name and value of a text such as ``lost=0.05``. Raises InputError for any other text."""
     name, _, number = text.partition("=")
     try:
-        return name.strip(), float(number)
+        return name.strip(), number_in(number)
     except ValueError:
         raise InputError("fault", repr(text), "not a name with a number", next_step="Write it as lost=0.05.") from None
 

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: Apache-2.0
+import pytest
+from browser import CHROMIUM, WITHOUT, chromium
+from studio_server import running
+
+from needleforce.studio import server
+
+
+@pytest.fixture(scope="session")
+def browser():
+    if CHROMIUM is None:
+        pytest.skip(WITHOUT)
+    with chromium() as opened:
+        yield opened
+
+
+@pytest.fixture(scope="session")
+def address(wasm):
+    """The page as the studio's own server gives it."""
+    listening = server.listening_socket(0)
+    with running(server.make_server(listening, wasm), listening) as port:
+        yield f"http://127.0.0.1:{port}/"
+
+
+@pytest.fixture
+def opened(browser, address):
+    """Opens a page; at the end nothing came from elsewhere, and the page reported no error."""
+    context, foreign, errors = browser.new_context(), [], []
+
+    def opens(link=address, more=None):
+        page = context.new_page()
+        own = ("blob:", address)
+        page.on("request", lambda each: foreign.append(each.url) if not each.url.startswith(own) else None)
+        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        if more:
+            page.add_init_script(more)
+        page.goto(link)
+        page.wait_for_selector("#simulator:not([hidden]), #trouble:not([hidden])")
+        return page
+
+    yield opens
+    context.close()
+    assert foreign == [] and errors == []
