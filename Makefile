@@ -8,8 +8,8 @@ CXX_SOURCES := $(shell find include bindings integrations tests examples benchma
 CORE := build/python
 CXX_TESTS := build/cpp
 CXX_SANITIZED := build/sanitized
-# every test in which one thread speaks to another
-THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp
+# every test in which threads share something, or must not
+THREAD_TESTS := tests/cpp/exchange.cpp tests/cpp/swap.cpp tests/cpp/flight_recorder.cpp tests/cpp/one_thread.cpp
 # a line at least every five seconds
 WATCHED = $(PYTHON) tools/progress.py
 # Python keeps what it compiled, whatever the shell has set: otherwise a command takes four times as long, for each compiles every module again

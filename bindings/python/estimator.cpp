@@ -34,7 +34,10 @@ Output as_array(const std::array<double, n>& values) {
 void expect(TipEstimator& self, const Rows& errors, double spacing) {
   std::vector<TipEstimator::Plane> nodes(errors.shape(0));
   for (std::size_t k = 0; k < nodes.size(); ++k) nodes[k] = {errors.data()[2 * k], errors.data()[2 * k + 1]};
-  self.expect(nodes, spacing);
+  if (!self.expect(nodes, spacing))
+    raise_input("errors or their spacing", nb::float_(spacing),
+                "not finite, above 1 m, or closer than 1e-6 m",
+                "Give errors [m] at depths every `spacing` [m].");
 }
 
 Output modes_of(const TipEstimator& self) {

@@ -7,46 +7,31 @@
 #include <utility>
 
 #include "parameters.hpp"
+#include "running_engine.hpp"
 
 namespace needleforce::python {
 
-/// An engine while it runs without the interpreter's lock. Made and destroyed with the lock held: declare it
-/// before the lock is released.
+/// An engine that begins to run, unless it runs in another thread.
 class Running {
  public:
-  explicit Running(const void* engine) : engine_(engine), next_(first) {
-    refuse(engine);
-    first = this;
-  }
-  Running(const Running&) = delete;
-  Running& operator=(const Running&) = delete;
-  ~Running() {
-    Running** place = &first;
-    while (*place != this) place = &(*place)->next_;
-    *place = next_;
-  }
-
-  static bool any() noexcept { return first != nullptr; }
+  explicit Running(const void* engine) : running_((refuse(engine), engine)) {}
 
   /// Raises InputError if the engine runs in another thread. The lock must be held.
   static void refuse(const void* engine) {
-    for (const Running* one = first; one; one = one->next_)
-      if (one->engine_ == engine)
-        raise_input("engine", nb::str("running"), "in use by another thread",
-                    "Wait until that run has ended, or give each thread an engine of its own (copy()).");
+    if (RunningEngine::runs(engine))
+      raise_input("engine", nb::str("running"), "in use by another thread",
+                  "Wait until that run has ended, or give each thread an engine of its own (copy()).");
   }
 
  private:
-  inline static Running* first = nullptr;
-  const void* engine_;
-  Running* next_;
+  RunningEngine running_;
 };
 
 /// Before a call: none of its arguments may be an engine that runs in another thread.
 struct NoneRunning {
   template <class Count>
   static void precall(PyObject** arguments, Count count, nb::detail::cleanup_list*) {
-    if (!Running::any()) return;
+    if (!RunningEngine::any()) return;
     for (std::size_t i = 0; i < count; ++i)
       if (nb::inst_check(arguments[i])) Running::refuse(nb::inst_ptr<void>(arguments[i]));
   }

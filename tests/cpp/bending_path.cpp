@@ -128,6 +128,26 @@ TEST(BendingPath, LayersOfOneTissueAreOneLayer) {
   EXPECT_NEAR(guided_tip(settings, 1e-3) / one, 1.0, 1e-6);
 }
 
+/// The tip of a needle that meets, at a depth, a layer with another force on its tip.
+double tip_beyond(double top, double modulus, double spacing) {
+  FlexibleSettings settings = bending_tests::settings(6.9e-4, modulus, 0.0, 0.0, 0.024);
+  settings.beam.layers[1] = {.top = top, .modulus = modulus, .tip_force = 0.05};
+  settings.beam.layer_count = 2;
+  settings.lengths.path_spacing = spacing;
+  return guided_tip(settings, 1e-3, 0.04);
+}
+
+TEST(BendingPath, TurnsWhereItMeetsALayerWhateverTheSpacing) {
+  for (const double modulus : {5e3, 20e3, 80e3}) {
+    for (const double top : {10.0e-3, 10.13e-3, 10.37e-3, 10.66e-3}) {
+      const double fine = tip_beyond(top, modulus, 2.5e-5);
+      for (const double share : {1.0, 0.5, 0.25})  // of 0.8 mm: second order
+        EXPECT_NEAR(tip_beyond(top, modulus, 8e-4 * share) / fine, 1.0, 2e-4 + 2e-3 * share * share)
+            << modulus << ' ' << top << ' ' << share;
+    }
+  }
+}
+
 TEST(BendingPath, SectionsOfOneStiffnessAreOneNeedle) {
   FlexibleSettings settings = guided();
   const double one = guided_tip(settings, 1e-3);

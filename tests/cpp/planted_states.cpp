@@ -24,7 +24,7 @@ using bending_tests::guided;
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// Numbers, counts and flags that no needle has.
-std::vector<std::uint64_t> hostile() {
+std::vector<std::uint64_t> planted_words() {
   std::vector<std::uint64_t> words{~0ull, 2, 65, 3001, 1ull << 40, 0x0202020202020202ull};
   for (const double number :
        {infinite - infinite, infinite, -infinite, 1e300, -1e300, 1e30, -1e30, 1e9, -1.0, 1e-310})
@@ -42,7 +42,7 @@ void plant(const Engine& engine, const typename Engine::Saved& whole, auto part_
   auto& part = part_of(*saved);
   std::size_t refused = 0;
   for (std::size_t i = 0; i < part.words.size(); i += every)
-    for (const std::uint64_t word : hostile()) {
+    for (const std::uint64_t word : planted_words()) {
       const std::uint64_t before = std::exchange(part.words[i], word);
       part.checksum = part.sum();
       *made = engine;

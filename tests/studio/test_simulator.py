@@ -227,7 +227,7 @@ def test_pictures_leave_the_page(opened, tmp_path):
     page = opened()
     picture = ElementTree.fromstring(exported(page, "svg", tmp_path).read_bytes())
     texts = [each.text for each in picture.iter("{http://www.w3.org/2000/svg}text")]
-    assert {"depth [mm]", "time [s]", "puncture", "insertion", "hold"} <= set(texts)
+    assert {"depth [mm]", "time [s]", "puncture", "insertion", "hold", "force A: paper", "cutting"} <= set(texts)
     assert exported(page, "png", tmp_path).read_bytes().startswith(b"\x89PNG")
 
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <span>
 
@@ -15,11 +16,17 @@ class ExpectedError {
   using Plane = std::array<double, 2>;
   static constexpr std::size_t capacity = 128;
 
-  /// Errors [m] at depths every `spacing` [m] from 0 on; more than `capacity` are left out.
-  void set(std::span<const Plane> errors, double spacing) noexcept {
+  /// Errors [m] at depths every `spacing` [m] from 0 on; more than `capacity` are left out. False, and none
+  /// is expected, where a number is none that a needle can have.
+  bool set(std::span<const Plane> errors, double spacing) noexcept {
+    count_ = 0;
+    if (!(spacing >= 1e-6 && spacing <= 1.0)) return false;
+    for (const Plane& error : errors)
+      if (!(std::abs(error[0]) <= 1.0 && std::abs(error[1]) <= 1.0)) return false;
     count_ = std::min(errors.size(), capacity);
     spacing_ = spacing;
     std::copy_n(errors.begin(), count_, nodes_.begin());
+    return true;
   }
   /// In plane d [m]; beyond the table as at its end. Wait-free.
   double at(double depth, std::size_t d) const noexcept {

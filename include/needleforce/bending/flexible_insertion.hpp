@@ -32,7 +32,7 @@ class FlexibleInsertion {
       : axial_(axial),
         settings_(settings),
         valid_(axial.accepted() && !fault(settings)),
-        yields_(settings.beam.yields()),
+        yields_(valid_ && settings.beam.yields()),
         model_(number_of(axial, settings)),
         state_(settings.lengths.path_spacing) {}
 
@@ -332,7 +332,17 @@ class FlexibleInsertion {
   /// withdrawal.
   double full_tip_force(double depth) const noexcept {
     const double left = std::max(0.0, 1.0 - behind(depth) / settings_.lengths.unloading);
-    return state_.sample.lateral + layer_at(depth).tip_force * left;
+    return state_.sample.lateral + tip_force_at(depth) * left;
+  }
+  /// That of the layers within half a spacing of the path: so the path, straight between its nodes, turns
+  /// where they meet.
+  double tip_force_at(double depth) const noexcept {
+    const BeamProperties& beam = settings_.beam;
+    double force = beam.layers[0].tip_force;
+    for (std::size_t i = 1; i < beam.layer_count; ++i)
+      force += (beam.layers[i].tip_force - beam.layers[i - 1].tip_force) *
+               std::clamp(0.5 + (depth - beam.layers[i].top) / state_.path.spacing, 0.0, 1.0);
+    return force;
   }
   /// How far the tip is behind the front, apart from what the noise of the depth explains [m].
   double behind(double depth) const noexcept {

@@ -31,6 +31,8 @@ inline const char* fault(const FlexibleSettings& settings) noexcept {
     if (!below) return "top";
   }
   if (beam.elements < 1 || beam.elements > max_elements) return "elements";
+  if (beam.max_iterations < 1 || beam.max_iterations > 1000) return "max_iterations";
+  if (!(beam.tolerance > 0.0 && beam.tolerance <= 1e-3)) return "tolerance";
   return nullptr;
 }
 

@@ -36,10 +36,13 @@ struct Sections {
   explicit Sections(std::span<const Section> sections) noexcept
       : count(std::min(sections.size(), max_sections)) {
     std::copy_n(sections.begin(), count, list.begin());
-    if (count > 0) list[count - 1].end = std::numeric_limits<double>::infinity();
+    // the last extends to the hub, wherever that is; what is no distance stays, to be refused
+    if (count > 0 && list[count - 1].end >= 0.0)
+      list[count - 1].end = std::numeric_limits<double>::infinity();
   }
   /// True for stiffnesses and curvatures in their ranges and ends that increase.
   bool valid() const noexcept {
+    if (count > max_sections) return false;
     for (std::size_t i = 0; i < count; ++i) {
       const auto& [end, stiffness, curvature] = list[i];
       if (!(stiffness >= min_stiffness && stiffness <= max_stiffness)) return false;

@@ -36,11 +36,13 @@ class TipEstimator {
   static constexpr std::size_t kept_rows = 512;
 
   /// `varied` are insertions with the parameters one standard deviation along each mode, at most `max_modes`;
-  /// all are reset. With more, or none of its own, every estimate is that of `likely`.
+  /// all are reset. With more, or none of its own, every estimate is that of `likely`; with an uncertainty
+  /// outside its ranges, too, and its status is `invalid_parameter`.
   TipEstimator(const SpatialInsertion& likely, std::span<const SpatialInsertion> varied,
                const PathUncertainty& uncertainty) noexcept
-      : given_(uncertainty),
-        filter_(uncertainty),
+      : valid_(!first_invalid(uncertainty)),
+        given_(valid_ ? uncertainty : PathUncertainty{}),
+        filter_(given_),
         count_(std::min(varied.size(), max_modes)),
         likely_(likely) {
     for (std::size_t m = 0; m < max_modes; ++m) varied_[m] = m < count_ ? varied[m] : likely;
@@ -48,7 +50,8 @@ class TipEstimator {
   }
 
   /// The error of the tip that other insertions had, at depths every `spacing` [m]; for use before the loop.
-  void expect(std::span<const Plane> errors, double spacing) noexcept { known_.set(errors, spacing); }
+  /// False, and no error is expected, where one or the spacing is outside its range.
+  bool expect(std::span<const Plane> errors, double spacing) noexcept { return known_.set(errors, spacing); }
 
   /// One cycle. Wait-free; it costs one step for the needle and one for each mode.
   TipEstimate step(const Base& base, double dt) noexcept {
@@ -157,6 +160,7 @@ class TipEstimator {
   TipEstimate estimate() const noexcept {
     TipEstimate result;
     result.sample = sample_;
+    if (!valid_) result.sample.status = Status::invalid_parameter;
     result.tip = sample_.tip;
     const double behind = std::max(0.0, deepest_ - std::max(0.0, base_.depth));
     std::array<Filter::Row, 2> rows{};
@@ -325,6 +329,7 @@ class TipEstimator {
     return n;
   }
 
+  bool valid_;
   PathUncertainty given_;
   Filter filter_;
   std::size_t count_;

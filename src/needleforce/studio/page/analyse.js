@@ -60,7 +60,8 @@ async function take(files) {
     mine.key = key;
     await follow(mine, more);
   } catch {
-    if (job === mine) report("The server does not answer: it was stopped, or the file was too long. Start needleforce studio again.", false, true);
+    const text = "The server does not answer: it was stopped, or the file was too long. Start needleforce studio again.";
+    if (job === mine) report(text, false, true);
   }
 }
 

@@ -84,8 +84,10 @@ function familyControls(tables, family, id, open, law, change) {
   const set = (values, whole) => change({ [family]: { ...law(), ...values } }, whole);
   const about = element("p", { className: "about" }, kinds[name].summary);
   const controls = [about, ...parameters(kinds[name], law(), part, set), ...(tip ? tipControls(tables, part, law, set) : [])];
-  const heading = element("summary", {}, element("span", { className: `family ${family}` }, family), " ", element("em", {}, words(name)));
-  const details = element("details", { open: open.get(part) ?? (family !== "relaxation" && id === "layer0") }, heading, select, ...controls);
+  const heading = element("summary", {}, element("span", { className: `family ${family}` }, family), " ",
+    element("em", {}, words(name)));
+  const isOpen = open.get(part) ?? (family !== "relaxation" && id === "layer0");
+  const details = element("details", { open: isOpen }, heading, select, ...controls);
   details.dataset.part = part;
   return details;
 }
@@ -138,7 +140,8 @@ function control(id, row, value, onValue) {
   const unit = shown && ` ${shown}`;
   const limits = `${readable(low * factor)} to ${readable(high * factor)}${unit}`;
   const slider = element("input", { type: "range", id: `${id}-slider`, min: 0, max: POSITIONS, step: 1, "aria-label": words(name) });
-  const field = element("input", { type: "text", inputMode: "decimal", id, value: readable(value * factor), "aria-describedby": `${id}-why`, autocomplete: "off" });
+  const field = element("input", { type: "text", inputMode: "decimal", id, value: readable(value * factor), autocomplete: "off",
+    "aria-describedby": `${id}-why` });
   const why = element("p", { className: "why", id: `${id}-why`, role: "alert" });
   const place = (now) => {
     slider.value = Math.round(POSITIONS * Math.max(0, Math.min(1, scale.place(now))));

@@ -107,7 +107,8 @@ class SvgContext {
   closePath() { this.#path += "Z"; }
   rect(x, y, width, height) { this.#path += `M${two(x)} ${two(y)}h${two(width)}v${two(height)}h${two(-width)}Z`; }
   arc(x, y, radius) { // whole circles alone
-    this.#path += `M${two(x - radius)} ${two(y)}a${two(radius)} ${two(radius)} 0 1 0 ${two(2 * radius)} 0a${two(radius)} ${two(radius)} 0 1 0 ${two(-2 * radius)} 0Z`;
+    const half = (way) => `a${two(radius)} ${two(radius)} 0 1 0 ${two(way)} 0`;
+    this.#path += `M${two(x - radius)} ${two(y)}${half(2 * radius)}${half(-2 * radius)}Z`;
   }
   clip() {
     const name = `clip${++this.#clips}`;
@@ -121,7 +122,8 @@ class SvgContext {
   }
   fill() { this.#parts.push(`<path d="${this.#path}" fill="${this.fillStyle}" opacity="${this.globalAlpha}"/>`); }
   fillRect(x, y, width, height) {
-    this.#parts.push(`<rect x="${two(x)}" y="${two(y)}" width="${two(width)}" height="${two(height)}" fill="${this.fillStyle}" opacity="${this.globalAlpha}"/>`);
+    const box = `x="${two(x)}" y="${two(y)}" width="${two(width)}" height="${two(height)}"`;
+    this.#parts.push(`<rect ${box} fill="${this.fillStyle}" opacity="${this.globalAlpha}"/>`);
   }
   fillText(text, x, y) {
     const anchor = { left: "start", center: "middle", right: "end" }[this.textAlign];

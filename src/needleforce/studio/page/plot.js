@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Curves over one quantity, on a canvas or as SVG. A scene has, in the units shown:
 // x, y: { label, low, high }; curves: [{ x, y, length, scaleX, scaleY, colour, width, dash }] in order of time;
-// bands: [{ from, to, text }] along x; marks: [{ x, y, text, colour }]; cursor: { x, points: [{ y, colour }] } or null.
+// bands: [{ from, to, text }] along x; marks: [{ x, y, text, onLeft, colour }]; cursor: { x, points: [{ y, colour }] } or null.
 
 import { FONT, ticks } from "./drawing.js";
 
@@ -108,7 +108,7 @@ function drawCurve(context, { x, y, length, scaleX = 1, scaleY = 1, colour, widt
   line(context, points.map((point) => point.at), colour, width, dash);
 }
 
-function drawMark(context, { x, y, text, colour: style }, at, colour) {
+function drawMark(context, { x, y, text, onLeft, colour: style }, at, colour) {
   const [left, top] = [at.x(x), at.y(y)];
   context.beginPath();
   context.arc(left, top, 4, 0, 2 * Math.PI);
@@ -119,7 +119,7 @@ function drawMark(context, { x, y, text, colour: style }, at, colour) {
   context.stroke();
   if (!text) return;
   const wide = context.measureText(text).width;
-  const onRight = left + 10 + wide < at.right;
+  const onRight = (!onLeft || left - 10 - wide < at.left) && left + 10 + wide < at.right;
   context.textAlign = onRight ? "left" : "right";
   context.textBaseline = "middle";
   context.font = `600 ${FONT}`;
