@@ -139,6 +139,13 @@ def _too_large(path: str | os.PathLike, what: str, max_bytes: int, size: str) ->
     return InputError(f"size of the {what}", size, limit, str(path), "Check that it is the right file, or split it.")
 
 
+def check_count(what: str, count: int, limit: int, place: str | os.PathLike) -> None:
+    """Raise InputError for more than a file can have."""
+    if count > limit:
+        step = "Save fewer of them, or split the file."
+        raise InputError(f"number of {what}", count, f"at most {limit} can be read", str(place), step)
+
+
 def read_bytes(path: str | os.PathLike, what: str, max_bytes: int = MAX_DEFINITION_BYTES) -> bytes:
     """The content of a file, as ``open_regular``; a file that has more bytes than the system states is refused, too."""
     with open_regular(path, what, max_bytes) as file:

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from ..errors import InputError
+from ..files import check_count
 from ..recording.formats.detect import tables_of
 from ..recording.formats.rows import is_unit
 from ..recording.quantities import split
@@ -82,9 +83,7 @@ def read_table(path: str | Path) -> BenchTable:
     """
     name, found = Path(path).name, tables_of(Path(path))
     table = max(found, key=_rows)
-    if len(table.headers) > MAX_COLUMNS:
-        limit = f"at most {MAX_COLUMNS} can be read"
-        raise InputError("number of columns", len(table.headers), limit, name, "Save fewer columns.")
+    check_count("columns", len(table.headers), MAX_COLUMNS, name)
     apart = table.units or [""] * len(table.headers)
     units = [unit or _split(header)[1] for unit, header in zip(apart, table.headers, strict=True)]
     notes = [f"{len(found) - 1} shorter tables in {name} are not used"] if len(found) > 1 else []

@@ -10,12 +10,12 @@ import numpy as np
 
 from ..checks import Range, in_range
 from ..errors import InputError, did_you_mean
-from ..files import MAX_RESULT_BYTES, as_type, atomic_write, decode_toml, read_bytes
+from ..files import MAX_RESULT_BYTES, as_type, atomic_write, check_count, decode_toml, read_bytes
 from ..preset_files.build import make_needle, needle_lines
 from ..preset_files.schema import NeedleSection
 from .steering_model import SteeringModel, identified_model
 from .steering_parameters import ALIGNED, MODELS, SHAPE_MODELS, WRENCH_MODELS
-from .tip_paths import RANGES, TipPath, check_count
+from .tip_paths import MAX_INSERTIONS, RANGES, TipPath
 
 _KNOWN = {p.name: p for models in (MODELS, WRENCH_MODELS, SHAPE_MODELS) for group in models.values() for p in group}
 # of how the needle is held, and of the tracker
@@ -98,7 +98,7 @@ def _model(found: SteeringFile) -> SteeringModel:
     shape = (len(parameters), len(parameters))
     covariance = in_range("covariance", found.covariance, _COVARIANCE, _NEXT, shape)
     _check(found, covariance)
-    check_count(len(found.insertions), "$.insertions")
+    check_count("insertions", len(found.insertions), MAX_INSERTIONS, "$.insertions")
     insertions = tuple(_tip_path(each, f"$.insertions[{k}], {each.name}") for k, each in enumerate(found.insertions))
     values = ALIGNED | found.values
     return identified_model(
@@ -144,10 +144,11 @@ def _tip_path(rows: InsertionRows, place: str) -> TipPath:
         if not n:
             raise InputError("rows", 0, "an insertion has some", next_step=_NEXT)
         columns = {
-            name: in_range(name, getattr(rows, name), RANGES[name], _NEXT, shape) if getattr(rows, name) else None
+            name: in_range(name, getattr(rows, name), RANGES[name], _NEXT, shape)
             for name, shape in shapes.items()
+            if name != "slope" or rows.slope
         }
-        return TipPath(rows.name, start=rows.start, **columns)
+        return TipPath(rows.name, start=rows.start, **{"slope": None} | columns)
     except InputError as error:
         raise error.at(place) from None
 

@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from ..checks import PLACE, ROLL, SLOPE, TRAVEL, in_range
-from ..errors import InputError
+from ..files import check_count
 
 Key = TypeVar("Key", bound=Hashable)
 
@@ -21,19 +21,12 @@ _STEP = "Check units and cells: give a row a step, and leave out rows without a 
 TIP_COLUMNS = ("tip_x_mm", "tip_y_mm", "tip_z_mm")  # of tables of steps
 
 
-def check_count(count: int, place: str = "") -> None:
-    """Raise InputError for more insertions than a file has."""
-    if count > MAX_INSERTIONS:
-        step = "Check the column that separates insertions, or give them in several files."
-        raise InputError("number of insertions", count, f"at most {MAX_INSERTIONS} are read", place, step)
-
-
 def rows_of_each(keys: Iterable[Key], place: str) -> dict[Key, np.ndarray]:
     """The rows of each insertion, in the order of the file, by the key of each row."""
     found: dict[Key, list[int]] = {}
     for row, key in enumerate(keys):
         found.setdefault(key, []).append(row)
-    check_count(len(found), place)
+    check_count("insertions", len(found), MAX_INSERTIONS, place)
     return {key: np.array(rows) for key, rows in found.items()}
 
 

@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError, printable
-from ...files import MAX_SAMPLES, digest
+from ...files import MAX_SAMPLES, check_count, digest
 from ..quantities import split
 from ..recording import Note
 from ..table import Table
 
-MAX_COLUMNS = 1024  # of a table, as of a text file
+MAX_COLUMNS = 1024  # of a table: a recorder of all channels of a laboratory writes some hundred
 MAX_SIGNALS = 64  # columns of a matrix: one with more is an image or a map
 MAX_TABLES = 4096  # of a file: cycles of a cyclic test, curves of a map
 _MAX_COMMENTS = 256  # single values and texts that are kept with a table
@@ -210,13 +210,6 @@ def orientation(shape: tuple[int, ...]) -> tuple[int, int, bool] | None:
     if rows < 2 or not 1 <= columns <= MAX_SIGNALS:
         return None
     return rows, columns, len(sides) == 2 and sides[0] < sides[1]
-
-
-def check_count(what: str, count: int, limit: int, path: Path) -> None:
-    """Raise InputError for more than a file can have."""
-    if count > limit:
-        step = "Save fewer of them, or split the file."
-        raise InputError(f"number of {what}", count, f"at most {limit} can be read", str(path), step)
 
 
 def check_size(size: int, limit: int, path: Path) -> None:

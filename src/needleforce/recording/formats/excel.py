@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import InputError
-from ...files import MAX_RECORDING_BYTES, read_bytes, unpacked_limit
+from ...files import MAX_RECORDING_BYTES, check_count, read_bytes, unpacked_limit
 from ..recording import Note
 from ..stated import stating_lines
 from ..table import Table
-from .arrays import MAX_COLUMNS, check_count
+from .arrays import MAX_COLUMNS
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, numbers_of
 from .rows import Block, blocks, is_missing, is_number

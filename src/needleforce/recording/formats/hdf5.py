@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...files import open_regular, unpacked_limit
+from ...files import check_count, open_regular, unpacked_limit
 from ..stated import is_rate_name
 from ..table import Table
-from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, size_of
+from .arrays import Array, FileArrays, check_size, orientation, reading, size_of
 from .matlab import matlab_header, object_step
 
 _FORMAT = "HDF5"

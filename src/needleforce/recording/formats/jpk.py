@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from ...files import open_regular, unpacked_limit
+from ...files import check_count, open_regular, unpacked_limit
 from ..recording import Note
 from ..table import Table
-from .arrays import MAX_TABLES, Array, FileArrays, check_count, check_size, reading
+from .arrays import MAX_TABLES, Array, FileArrays, check_size, reading
 
 _FORMAT = "a JPK force curve"
 _HEIGHTS = ("height (measured)", "height (piezo)")  # the surest first

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...files import MAX_RECORDING_BYTES, open_regular, read_bytes, unpacked_limit
+from ...files import MAX_RECORDING_BYTES, check_count, open_regular, read_bytes, unpacked_limit
 from ..recording import Note
 from ..table import Table
-from .arrays import MAX_COLUMNS, MAX_SIGNALS, MAX_TABLES, Array, FileArrays, check_count, check_size, reading
+from .arrays import MAX_COLUMNS, MAX_SIGNALS, MAX_TABLES, Array, FileArrays, check_size, reading
 
 _FORMAT = "JSON"
 _BOM = b"\xef\xbb\xbf"

@@ -13,13 +13,13 @@ from typing import BinaryIO
 import numpy as np
 
 from ...errors import InputError, printable
-from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, open_regular, unpacked_limit
+from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, check_count, open_regular, unpacked_limit
 from ...units import find
 from ..quantities import UNIT_DIMENSIONS
 from ..recording import Note
 from ..stated import stating_lines
 from ..table import Table
-from .arrays import MAX_COLUMNS, check_count, check_size
+from .arrays import MAX_COLUMNS, check_size
 from .clock_times import seconds_of
 from .text_rows import MAX_LINE_CHARS, Encoding, long_line
 

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from ...files import read_bytes
+from ...files import check_count, read_bytes
 from ..table import Table
-from .arrays import MAX_TABLES, check_count
+from .arrays import MAX_TABLES
 from .rows import number_of
 from .text import unmarked_encoding
 from .text_rows import Encoding

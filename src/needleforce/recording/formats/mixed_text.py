@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...files import open_regular
+from ...files import MAX_SAMPLES, check_count, open_regular
 from .clock_times import seconds_of
 from .number_texts import NoNumber, UnclearSign, may_be_grouped, numbers_of
 from .rows import NO_VALUE, WHITESPACE
-from .text_rows import Encoding, TextRows, ambiguous_sign, check_samples, split_cells
+from .text_rows import Encoding, TextRows, ambiguous_sign, split_cells
 
 _CHUNK_ROWS, _CHUNK_CELLS = 500_000, 8_000_000  # the fewer rows of the two
 _SPREADSHEET_SIGN = re.compile(rb"#(N/A|DIV|VALUE|NUM|REF|NULL|NAME)")
@@ -99,7 +99,7 @@ def _in_chunks(rows: TextRows, columns: Sequence[int], width: int = 0) -> dict[i
         for frame in _parsed(rows, file, options):
             chunks.append({k: frame[k].to_numpy() for k in used})
             done += len(frame)
-            check_samples(done, rows.path)
+            check_count("samples", done, MAX_SAMPLES, rows.path)
     found = {k: np.concatenate([chunk[k] for chunk in chunks]) for k in used}
     found |= {k: seconds_of(found[k], str(rows.path)) for k in used if k in rows.clock_columns}
     texts = {k for k in used if as_text and k not in rows.clock_columns}

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
+from ...files import check_count
 from ..recording import Note
 from ..table import Table
-from .arrays import MAX_TABLES, FileArrays, check_count, clean, reading, vector
+from .arrays import MAX_TABLES, FileArrays, clean, reading, vector
 from .jpk import TIP
 
 _FORMAT = "a Nanosurf file (nid)"

@@ -11,9 +11,9 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ...errors import InputError
-from ...files import open_regular, unpacked_limit
+from ...files import check_count, open_regular, unpacked_limit
 from ..table import Table
-from .arrays import Array, FileArrays, check_count, check_size, orientation, reading, seconds_header, size_of
+from .arrays import Array, FileArrays, check_size, orientation, reading, seconds_header, size_of
 
 _FORMAT = "NumPy"
 _ZIP = b"PK"

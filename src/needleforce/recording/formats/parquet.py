@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, install_step
-from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, read_bytes, unpacked_limit
+from ...files import MAX_RECORDING_BYTES, MAX_SAMPLES, check_count, read_bytes, unpacked_limit
 from ..quantities import split
 from ..table import Table
-from .arrays import MAX_COLUMNS, check_count, check_size, reading
+from .arrays import MAX_COLUMNS, check_size, reading
 
 CARD = b"needleforce.card"  # the key of the card's lines in the file's metadata
 _FORMAT = "Parquet"

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...files import open_regular
+from ...files import check_count, open_regular
 from ..stated import is_rate_name
 from ..table import Table
-from .arrays import Array, FileArrays, check_count, reading
+from .arrays import Array, FileArrays, reading
 
 _FORMAT = "TDMS (LabVIEW)"
 _UNITS = ("unit_string", "NI_UnitDescription", "unit", "units", "Unit")

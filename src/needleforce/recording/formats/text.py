@@ -10,9 +10,10 @@ from itertools import pairwise
 from pathlib import Path
 
 from ...errors import InputError
-from ...files import open_regular
+from ...files import check_count, open_regular
 from ..stated import stating_lines
 from ..table import Table
+from .arrays import MAX_COLUMNS
 from .rows import (
     MIN_ROWS,
     WHITESPACE,
@@ -30,7 +31,6 @@ from .text_blocks import all_tables, without_summary
 from .text_rows import MAX_LINE_CHARS, Encoding, long_line, split_cells
 from .text_values import TextValues
 
-MAX_COLUMNS = 1024  # a recorder of all channels of a laboratory writes some hundred
 _MAX_HEADER_CHARS = 256  # of one column
 _HEAD_BYTES = (1 << 12, 1 << 16, 1 << 20)  # in which the first table begins: no more than needed
 _HEAD_LINES = 20_000
@@ -277,9 +277,7 @@ def _other_headers(lines: Sequence[str], width: int) -> list[str]:
 
 def _check_columns(headers: Sequence[str], width: int, path: Path) -> None:
     """Raise InputError for more or longer headers than any table has."""
-    if width > MAX_COLUMNS:
-        limit, step = f"at most {MAX_COLUMNS} can be read", "Save fewer columns."
-        raise InputError("number of columns", width, limit, str(path), step)
+    check_count("columns", width, MAX_COLUMNS, path)
     longest = max(headers, key=len, default="")
     if len(longest) > _MAX_HEADER_CHARS:
         limit, step = f"at most {_MAX_HEADER_CHARS} characters", "Rename the column."

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import InputError
-from ...files import MAX_SAMPLES, open_regular
+from ...files import open_regular
 from ..recording import Note
 from .rows import WHITESPACE, is_missing, is_number
 
@@ -205,13 +205,6 @@ def long_line(path: Path, number: int) -> InputError:
     limit = f"at most {MAX_LINE_CHARS} can be read"
     place, step = f"{path}, line {number}", "Correct or remove the line."
     return InputError("characters in the line", f"over {MAX_LINE_CHARS}", limit, place, step)
-
-
-def check_samples(count: int, path: Path) -> None:
-    """Raise InputError for more samples than a recording can have."""
-    if count > MAX_SAMPLES:
-        limit = f"at most {MAX_SAMPLES} are read: nine hours at 1 kHz"
-        raise InputError("number of samples", f"over {MAX_SAMPLES}", limit, str(path), "Split the file.")
 
 
 def ambiguous_sign(header: str, decimal: str, path: Path) -> InputError:

@@ -12,10 +12,10 @@ from operator import or_
 import numpy as np
 
 from ... import core
-from ...files import digest, open_regular
+from ...files import MAX_SAMPLES, check_count, digest, open_regular
 from ..table import Table
 from .rows import NO_VALUE, WHITESPACE
-from .text_rows import TextRows, ambiguous_sign, check_samples
+from .text_rows import TextRows, ambiguous_sign
 
 _WHOLE_AND_GROUPED = 3  # looks of a column: whole numbers below 1000, and such with a sign before three digits
 _THREADED_BYTES = 1 << 17  # below which a second thread costs more than it saves
@@ -85,7 +85,7 @@ class TextValues(TextRows):
         """The columns of numbers of a file that has nothing else; None if a line is not a row of numbers."""
         found = None if self.clock_columns else plain_numbers(self)
         if found is not None:
-            check_samples(len(found), self.path)
+            check_count("samples", len(found), MAX_SAMPLES, self.path)
         return found
 
 
