@@ -37,7 +37,7 @@ MAX_HALF_WIDTH = float(np.log(10.0))  # of the logarithm of a modulus: beyond, t
 MIN_STICKING = 3.0  # [resolutions of the depth] travel after a reversal in which the shaft sticks
 MIN_REVERSAL = 0.33  # [of that] travel after a reversal: in less, the tip's own spring is as large as the shaft's
 MAX_CHANGE = 0.05  # of the logarithm of a modulus with the spacing
-_MOST_UNSEEN = 0.5  # share that relaxes: a curve that allows more without a sign of it does not show any
+_WIDEST_SHARE = 0.5  # share that relaxes: a curve that allows more without a sign of it does not show any
 _LARGE = 10.0  # depth and radius of a block that stands for a half-space, in lengths of the path
 _SOURCE = "insertion into the solid"
 _LOG_UNIT = float(np.log(20e3))  # of its modulus [Pa] before the search
@@ -331,10 +331,10 @@ def _more(search: InsertionSearch, solved: Solutions) -> Iterator[Estimate]:
     ends = best.numbers, solved.low, solved.high
     if not search.branches:
         highest = max(0.0, *(part + TWO_SIDED * error for part, error, _ in search.branch(best)[1]))
-        yield _estimate("relaxation_share_1", "1", 0.0, 0.0, highest, known=highest < _MOST_UNSEEN)
+        yield _estimate("relaxation_share_1", "1", 0.0, 0.0, highest, known=highest < _WIDEST_SHARE)
     for name, (place, left) in enumerate(branches(best.numbers[search.relaxation]), 1):
         share, low, high = (left * float(each[start + place]) for each in ends)
-        yield _estimate(f"relaxation_share_{name}", "1", share, low, min(high, 1.0), known=high - low < _MOST_UNSEEN)
+        yield _estimate(f"relaxation_share_{name}", "1", share, low, min(high, 1.0), known=high - low < _WIDEST_SHARE)
         yield _ratio(f"relaxation_time_{name}", "s", *(each[start + place + 1] for each in ends))
     if search.sprung:
         yield _ratio("presliding", "m", *(each[search.relaxation.stop] for each in ends))
