@@ -40,7 +40,7 @@ _PLACES = 40  # among which the largest residual is named
 _MAX_REFINED = 200_000  # unknowns of a solid that is refined in addition
 _THROUGH = laws.Polynomial(linear=1e6, quadratic=0.0), laws.PunctureForce(force=0.0)  # a tip that does so at once
 _FASTEST, _SHORTEST = 1e3, 1e-6  # [m/s], [s] limits that no step meets
-_MOST, _LIKELY = 0.95, 0.6  # share that relaxes, at most and at the start
+_MAX, _LIKELY = 0.95, 0.6  # share that relaxes, at most and at the start
 _BRANCHES, _TIMES = 2, 9  # that are looked for, at most; time constants among which one is
 _SPRING, _SPRINGS = (1e-8, 5e-3), (20e-6, 50e-6, 100e-6, 200e-6)  # [m] limits of a spring's travel, and the first ones
 _SHOWN = 12.0  # [long-run variances] less in the sum of squares: noise gives that much in 1 of 100
@@ -191,15 +191,15 @@ class InsertionSearch:
         for search, effects in self.branch(best), self._spring(best):
             effects.sort(key=lambda each: -each[0] / each[1])
             starts = [start for part, _, start in effects[:_LIKELIEST] if part > 0.0]
-            tells = bool(starts) and effects[0][0] > TWO_SIDED * effects[0][1]
+            visible = bool(starts) and effects[0][0] > TWO_SIDED * effects[0][1]
             first = search.branches > self.branches == 0
             if wrong and first:  # of the best, nothing may be right
                 anew = [self._longer(each, 0.5 * _LIKELY, float(np.mean(self.times))) for each in self._starts()]
                 starts += sorted(anew, key=search.cost)[:_ANEW]
-            if starts and (tells or wrong):
+            if starts and (visible or wrong):
                 ends = search.followed(starts, _FOLLOWED_ON)
-                least = 0.0 if first and self.falls else _SHOWN * min(ends[0].long_run, best.long_run)
-                tried += [(search, ends)] if best.cost - ends[0].cost > least else []
+                needed = 0.0 if first and self.falls else _SHOWN * min(ends[0].long_run, best.long_run)
+                tried += [(search, ends)] if best.cost - ends[0].cost > needed else []
         return min(tried, key=lambda each: each[1][0].cost, default=None)
 
     @cached_property
@@ -270,7 +270,7 @@ class InsertionSearch:
         """Lowest and highest numbers."""
         layers, span = np.ones(len(self.tops)), float(np.ptp(self.measured))
         contact, reach = self.curve.contact_depth, _CONTACT * (self.curve.depth.max() - self.curve.contact_depth)
-        sides, shares, cuttings, ends = (-1.0, 1.0), (-1e-9, _MOST), (-1e-12, 10.0 * span), []
+        sides, shares, cuttings, ends = (-1.0, 1.0), (-1e-9, _MAX), (-1e-12, 10.0 * span), []
         ranges = zip(sides, _FRICTION, cuttings, shares, self.times, np.log(_SPRING))
         for side, friction, cutting, share, time, spring in ranges:
             moduli = np.full(self.moduli.stop, side * np.log(_MODULUS))
@@ -357,7 +357,7 @@ def _prony(numbers: np.ndarray) -> laws.NoRelaxation | laws.Prony:
     """The law of branches."""
     named = {}
     for k, (place, left) in enumerate(branches(numbers), 1):
-        named |= {f"share_{k}": left * np.clip(numbers[place], 0.0, _MOST), f"time_{k}": np.exp(numbers[place + 1])}
+        named |= {f"share_{k}": left * np.clip(numbers[place], 0.0, _MAX), f"time_{k}": np.exp(numbers[place + 1])}
     return laws.Prony(**named) if named else laws.NoRelaxation()
 
 
