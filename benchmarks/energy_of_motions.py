@@ -34,6 +34,7 @@ from closed_motions import (
     drawn_loop,
     drawn_motion,
     gain,
+    refined,
     rigid,
     run,
     work,
@@ -69,6 +70,11 @@ def looped(**options):
     return motion
 
 
+def in_any_solid(seed):
+    found, words = refined(seed, -BAR)
+    return words, found
+
+
 def in_solid(noise=0.0, known=0.0):
     def motion(seed):
         insertion, words, rng = drawn_in_solid(seed, known)
@@ -89,6 +95,7 @@ KINDS = {
     "lateral force on the tip, loops": Kind(50, looped(tips=("tip force",))),
     "noise of 5 um": Kind(50, moved(NOISE)),
     "condensed solid": Kind(100, in_solid()),
+    "condensed solid, all laws, also relaxing, steps as fine as needed": Kind(30, in_any_solid),
     "condensed solid, noise of 5 um": Kind(25, in_solid(NOISE)),
     "condensed solid, noise of 5 um that is stated": Kind(25, in_solid(NOISE, NOISE)),
 }

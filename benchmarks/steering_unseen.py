@@ -64,7 +64,8 @@ def predicted(fit, held):
 
 
 def executed(model, tissue, number):
-    """Distances from a random target of a plan as it was, and of one made anew after each tip, with the 95 % radii."""
+    """Of a plan to a random target as it was, and of one made anew after each tip: distance of the tip from the target
+    and from the end of the plan, which may say that the target is out of reach, and the 95 % radius there."""
     random = np.random.default_rng([99, *tissue.key, number])
     rows = int(random.integers(13, 21))
     depth = ROW * np.arange(rows)
@@ -81,7 +82,8 @@ def executed(model, tissue, number):
         for row in range(1, len(current.motion)) if anew else ():
             current = current.replan(inserted(current.motion, row)[1])
         tip, _ = inserted(current.motion, len(current.motion))
-        found += [1e3 * np.hypot(*(tip[-1] - tip[0] - target[:2])), 1e3 * current.tube()[-1]]
+        end = tip[-1] - tip[0]
+        found += [1e3 * np.hypot(*(end - aim[:2])) for aim in (target, current.path[-1])] + [1e3 * current.tube()[-1]]
     return found
 
 
@@ -109,11 +111,9 @@ def show(found, console):
             table.add_row(family, str(count), *sizes, shares, f"{width:.2f}", f"{right} of {len(rows)}")
     console.print(table)
     plans = np.array([each for _, _, several in found for each in several])
-    for name, columns in (("as planned", plans[:, :2]), ("planned anew after each tip", plans[:, 2:])) * bool(
-        len(plans)
-    ):
-        off, radius = columns.T
-        line = f"{np.sum(off < radius)} of {len(off)} within the 95 % radius, {np.median(radius):.2f} mm (median)"
+    for name, k in (("as planned", 0), ("planned anew after each tip", 3)) if len(plans) else ():
+        off, apart, radius = plans[:, k : k + 3].T
+        line = f"{np.sum(apart < radius)} of {len(off)} within the 95 % radius, {np.median(radius):.2f} mm (median)"
         console.print(f"{name}: {np.median(off):.2f} / {np.quantile(off, 0.9):.2f} / {off.max():.2f} mm, {line}")
 
 

@@ -57,7 +57,8 @@ void nf_step(nf_insertion* insertion, double depth, double velocity, double dt, 
 void nf_reset(nf_insertion* insertion); /* back to before the first contact */
 
 size_t nf_snapshot_size(void);
-/* 1, or 0 and nothing changes: too small a buffer, bytes of another version or model, altered bytes. */
+/* 1, or 0 and nothing changes: too small a buffer, bytes of another version or model, altered bytes, a state that no
+   needle can have. */
 int nf_snapshot(const nf_insertion* insertion, void* bytes, size_t size);
 int nf_restore(nf_insertion* insertion, const void* bytes, size_t size);
 

@@ -48,7 +48,8 @@ size_t nf_bend_shape(const nf_bend* needle, double* points, size_t count);
 void nf_bend_reset(nf_bend* needle);
 
 size_t nf_bend_snapshot_size(void); /* about 110 kB, most of it the path of the tip */
-/* 1, or 0 and nothing changes: too small a buffer, bytes of another version, model or settings, altered bytes. */
+/* 1, or 0 and nothing changes: too small a buffer, bytes of another version, model or settings, altered bytes, a state
+   that no needle can have. */
 int nf_bend_snapshot(const nf_bend* needle, void* bytes, size_t size);
 int nf_bend_restore(nf_bend* needle, const void* bytes, size_t size);
 

@@ -29,7 +29,8 @@ double nf_solid_tip(const nf_solid* solid); /* along the path, in the undeformed
 void nf_solid_reset(nf_solid* solid);
 
 size_t nf_solid_snapshot_size(void);
-/* 1, or 0 and nothing changes: too small a buffer, bytes of another version, tissue or model, altered bytes. */
+/* 1, or 0 and nothing changes: too small a buffer, bytes of another version, tissue or model, altered bytes, a state that
+   no needle can have. */
 int nf_solid_snapshot(const nf_solid* solid, void* bytes, size_t size);
 int nf_solid_restore(nf_solid* solid, const void* bytes, size_t size);
 

@@ -63,17 +63,17 @@ def test_a_loss_is_counted_in_its_second():
 @given(streams())
 def test_unwrapping_restores_the_numbers(numbers):
     unwrapped = Unwrapped(1000.0)
-    found = [unwrapped.number(number % 2**32, k * MS) for k, number in enumerate(numbers)]
+    found = [unwrapped.next(number % 2**32, k * MS)[0] for k, number in enumerate(numbers)]
     assert [number - found[0] for number in found] == [number - numbers[0] for number in numbers]
     assert unwrapped.restart == 0
 
 
 def test_numbers_after_a_restart_follow_the_host_clock():
     unwrapped = Unwrapped(1000.0)
-    before = [unwrapped.number(2**32 - 2 + k & 0xFFFFFFFF, k * MS) for k in range(100_000)]
+    before = [unwrapped.next(2**32 - 2 + k & 0xFFFFFFFF, k * MS)[0] for k in range(100_000)]
     assert before == [2**32 - 2 + k for k in range(100_000)]
-    assert unwrapped.number(1, (99_999 + 2000) * MS) == before[-1] + 2000
-    assert unwrapped.number(2, (99_999 + 2001) * MS) == before[-1] + 2001
+    assert unwrapped.next(1, (99_999 + 2000) * MS)[0] == before[-1] + 2000
+    assert unwrapped.next(2, (99_999 + 2001) * MS)[0] == before[-1] + 2001
     assert unwrapped.restart == 1
 
 

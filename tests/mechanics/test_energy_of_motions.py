@@ -23,6 +23,7 @@ from closed_motions import (
     drawn_loop,
     drawn_motion,
     gain,
+    refined,
     rigid,
     run,
     smooth_end,
@@ -119,6 +120,11 @@ def test_no_motion_in_a_condensed_solid_gains_energy(many):
     for seed in range(many(150, 2000)):
         insertion, _, rng = drawn_in_solid(seed)
         shares.append((seed, -rigid(insertion, *drawn_depth(rng, insertion)).share))
+    assert beyond(shares) == []
+
+
+def test_no_motion_in_a_condensed_solid_gains_energy_with_any_laws(many):
+    shares = [(seed, -refined(seed, -BAR)[0].share) for seed in range(many(150, 2000))]
     assert beyond(shares) == []
 
 

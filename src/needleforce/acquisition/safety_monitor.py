@@ -20,7 +20,7 @@ from .axis_check import AxisCheck, StopReport
 from .motion_sequence import EndReason
 from .settings import Settings
 from .sources.arrival_time import host_time_ns
-from .sources.reading_checks import FrozenCheck, Lateness, QuietCheck, ScaleCheck, frozen_checks
+from .sources.reading_checks import FrozenCheck, Lateness, QuietCheck, ScaleCheck
 from .sources.source import ForceSample, ForceSource, MotionAxis
 
 _RECEIVE_TIMEOUT_S = 0.02
@@ -47,9 +47,10 @@ class SafetyMonitor:
     - an event ``stop_requested``, even if the other thread waits for a disk or a terminal,
     - another thread that no longer takes what is to be written.
 
-    ``reason`` and ``detail`` are why, for what the other thread cannot know. The stop is repeated until the depth
-    is seen at rest; an axis that ignores it gets no further line, so that it stops by itself if it can. ``bias`` [N] is
-    set by the other thread; until then the axis moves only outwards, and the limit is on the change of the force.
+    ``reason`` and ``detail`` are why, for what the other thread cannot know; ``has_moved`` is whether a move was sent.
+    The stop is repeated until the depth is seen at rest; an axis that ignores it gets no further line, so that it stops
+    by itself if it can. ``bias`` [N] is set by the other thread; until then the axis moves only outwards, and the limit
+    is on the change of the force.
     """
 
     def __init__(
@@ -69,12 +70,13 @@ class SafetyMonitor:
         self.last_time = self.last_usable_time = self.last_taken = now
         self.axis_check = AxisCheck(axis.limits) if axis else None
         self._force, self._axis, self._settings, self._stop_requested = force, axis, settings, stop_requested
-        self._moving = self._has_moved = self._stopped = False
+        self.has_moved = self._moving = self._stopped = False
         self._stop_time = self._stop_sent = 0.0
         self._beyond_since: float | None = None  # when the axis was seen not to stop
         self._restarts = 0
         self._newest = self._reference = 0.0  # axial force [N] with its bias: newest, before a move
-        self._frozen = frozen_checks(settings.column)
+        parts = (lambda wrench: wrench, lambda wrench: wrench[settings.column])  # a buffer repeats a few in turn
+        self._frozen = [FrozenCheck(part, depth) for depth in (8, 1) for part in parts]
         self._across = {
             name: FrozenCheck(lambda wrench, k=k: wrench[k], 1) for k, name in enumerate(AXES) if k != settings.column
         }
@@ -125,7 +127,7 @@ class SafetyMonitor:
             if not self._moving:
                 self.last_taken = time.monotonic()
                 self._reference = self._newest
-            self._moving = self._has_moved = True
+            self._moving = self.has_moved = True
             self._restarts = getattr(self._force, "restart", 0)
             self.axis_check.order_move(depth, speed)
             self._axis.send_move(depth, speed)
@@ -153,11 +155,6 @@ class SafetyMonitor:
         """What the axis did after the stop; None if no stop was sent to an axis."""
         with self._commanding:
             return self.axis_check.stop_report() if self.axis_check and self._stopped else None
-
-    @property
-    def has_moved(self) -> bool:
-        """Whether a move was sent."""
-        return self._has_moved
 
     def axial(self, sample: ForceSample) -> float:
         """The force against insertion [N], minus the bias if it is known."""

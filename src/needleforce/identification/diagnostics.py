@@ -350,9 +350,6 @@ def _frozen(single: SegmentedRecording) -> str:
 
 
 def _lateral(single: SegmentedRecording) -> str:
-    axes = single.recording.axes
-    if "fx" not in axes or "fy" not in axes:
-        return ""
     if not lateral_ratio(single) > MAX_LATERAL_RATIO:
         return ""
     return (

@@ -18,7 +18,6 @@ _WRAP, _HALF = 1 << 32, 1 << 31
 _MAX_LOSS = 1 << 20  # records; a larger jump is a restarted counter
 _MIN_JUMP = 100.0  # records ahead that are never a restart
 _SECOND = 1_000_000_000  # [ns]
-_DEPTHS = (1, 8)  # a sensor may freeze; a fault of a buffer may repeat a few readings in turn
 _FALSE_ALARMS = 1e-12  # probability that a working sensor repeats as many readings by chance
 _DEVIATIONS = 3.0  # of the share of changes that is learned from a finite number of readings
 _MIN_SHARE = 0.01  # of readings that change, below which nothing follows from the noise
@@ -62,12 +61,9 @@ class Unwrapped:
         self._highest: int | None = None
         self._arrival = 0
 
-    def number(self, counter: int, arrival: int) -> int:
-        """The number of a ``counter``, 0 to 2^32 - 1, that arrived at ``arrival`` [ns]. O(1)."""
-        return self.next(counter, arrival)[0]
-
     def next(self, counter: int, arrival: int) -> tuple[int, bool]:
-        """As ``number``, and whether it is higher than all before without a restart."""
+        """The number of a ``counter``, 0 to 2^32 - 1, that arrived at ``arrival`` [ns], and whether it is beyond all
+        before without a restart. O(1)."""
         restarts, before = self.restart, self._highest
         number = self._number(counter, arrival)
         return number, self.restart == restarts and (before is None or number > before)
@@ -188,12 +184,6 @@ class FrozenCheck:
         self._repeats = self._repeats + 1 if value in self._last else 0
         self._last.append(value)
         return self._repeats if self._repeats > self._max_repeats else 0
-
-
-def frozen_checks(column: int) -> list[FrozenCheck]:
-    """Checks of the whole reading and of its axial force, the value at ``column``; the last one is of that alone."""
-    parts = [lambda wrench: wrench, lambda wrench: wrench[column]]
-    return [FrozenCheck(part, depth) for depth in reversed(_DEPTHS) for part in parts]
 
 
 class QuietCheck:

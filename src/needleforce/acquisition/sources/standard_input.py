@@ -174,7 +174,7 @@ class StandardInput:
         self._next += len(rows)
         numbers = range(first, self._next)
         if "sequence" in others:
-            numbers = [self._counter.number(int(counter), now) for counter in others["sequence"]]
+            numbers = [self._counter.next(int(counter), now)[0] for counter in others["sequence"]]
         fresh = [self._is_fresh(n, device) for n, device in zip(numbers, time_ns)]
         if self.axis:
             self.axis.add(others, time_ns, now)

@@ -20,6 +20,7 @@ _AFTER_PUNCTURE, _AFTER_SHARE = 0.3e-3, 0.25  # [m], [of the indentation] travel
 _WITHOUT_PUNCTURE = 0.25  # [of the deepest indentation] the same, where no breakthrough is found
 MIN_ADVANCES = 10  # means over which the needle cuts
 MIN_SPACINGS = 3.0  # of the path, of travel
+_RESTS, _GROWTH = 4.0, 1.3  # [of the median time of a mean] longer ones are rests: several means, each that much longer
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,9 +32,11 @@ class InsertionCurve:
     or of the finest mean where noise makes it longer.
     """
 
+    time: np.ndarray  # [s]
     depth: np.ndarray  # [m] through which the needle goes, in the zero of the recording
     force: np.ndarray  # [N] NaN where the needle turns
     weight: np.ndarray  # [1]
+    rests: np.ndarray  # True while the needle rests
     contact_depth: float  # [m]
     puncture_depth: float  # [m] where the needle breaks through
     resolution: float  # [m]
@@ -44,6 +47,12 @@ class InsertionCurve:
         """True (m,) for means with a weight."""
         return self.weight > 0.0
 
+    @property
+    def cuts(self) -> np.ndarray:
+        """True (m,) for those of them that go deeper than any before, in the tissue."""
+        deepest = np.maximum.accumulate(self.depth)
+        return self.used & ~self.rests & (self.depth >= deepest) & (deepest > self.contact_depth)
+
 
 def insertion_curve(
     recording: Recording, spacing: float, contact_depth: float | None, puncture_depth: float | None
@@ -52,7 +61,7 @@ def insertion_curve(
     InputError if values are not finite, or the needle does not move, touch or turn."""
     _check_readable(recording, spacing)
     contact, puncture = _events(recording, contact_depth, puncture_depth)
-    depth, force, count = _averaged(recording, spacing)
+    time, depth, force, count, rests = _averaged(recording, spacing)
     if puncture > contact:
         slides = puncture + max(_AFTER_PUNCTURE, _AFTER_SHARE * (puncture - contact))
     else:
@@ -62,11 +71,13 @@ def insertion_curve(
     weight = np.where(used, np.sqrt(np.minimum(count / np.median(count[count > 0]), 1.0)), 0.0)
     moves = np.abs(np.diff(recording.depth))
     resolution = max(_finest(recording.depth, spacing), float(np.median(moves[moves > 0.0])))
-    _check_advance(depth, used, contact, puncture)
-    return InsertionCurve(
-        depth=depth, force=force, weight=weight, contact_depth=contact, puncture_depth=puncture,
-        resolution=resolution, reversal=_reversal(depth, np.isnan(force), contact, puncture),
+    reversal = _reversal(depth, np.isnan(force), contact, puncture)
+    curve = InsertionCurve(
+        time=time, depth=depth, force=force, weight=weight, rests=rests, contact_depth=contact,
+        puncture_depth=puncture, resolution=resolution, reversal=reversal,
     )  # fmt: skip
+    _check_advance(curve)
+    return curve
 
 
 def _check_readable(recording: Recording, spacing: float) -> None:
@@ -101,8 +112,9 @@ def _events(recording: Recording, contact: float | None, puncture: float | None)
     return contact, puncture
 
 
-def _averaged(recording: Recording, spacing: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Depth [m] and force [N] of means and turning points, and how many samples each has; no force, none of these."""
+def _averaged(recording: Recording, spacing: float) -> tuple[np.ndarray, ...]:
+    """Time [s], depth [m] and force [N] of means and turning points, how many samples each has, and whether the needle
+    rests; no force, none of these."""
     noise, finest = _noise(recording.depth), _finest(recording.depth, spacing)
     travel = float(np.abs(np.diff(recording.depth)).sum())
     width = max(BIN_SHARE * spacing, noise, travel / MAX_BINS)
@@ -111,22 +123,34 @@ def _averaged(recording: Recording, spacing: float) -> tuple[np.ndarray, np.ndar
     parts = []
     for (first, last), (start, end) in zip(pairwise(turns), pairwise(ends)):
         here, way = slice(first, last + 1), np.sign(end - start)
-        travels = way * (recording.depth[here] - start)
+        travels, time = way * (recording.depth[here] - start), recording.time[here]
         number = _numbers(np.clip(travels, 0.0, way * (end - start)), finest, width)
-        at, force, count = _means(number, travels, recording.force[here])
-        at = start + way * np.clip(at, 0.0, way * (end - start))
-        parts.append((np.append(at, end), np.append(force, np.nan), np.append(count, 0)))
-    depth, force, count = (np.concatenate(each) for each in zip(*parts))
-    return depth, force, count
+        number, rests = _divided(np.maximum.accumulate(number), time)
+        at, times, force, count = _means(number, travels, time, recording.force[here])
+        at = start + way * np.clip(np.maximum.accumulate(at), 0.0, way * (end - start))
+        rows = (times, time[-1]), (at, end), (force, np.nan), (count, 0), (rests, False)
+        parts.append([np.append(*row) for row in rows])
+    return tuple(np.concatenate(each) for each in zip(*parts))
 
 
-def _means(number: np.ndarray, travel: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Means of travel, which increase, and of force by the number of each sample, and counts of samples."""
-    number = np.maximum.accumulate(number)
+def _divided(number: np.ndarray, time: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers (n,) of samples, which increase, so that a mean over a rest becomes several; and which means are
+    such."""
+    first = np.flatnonzero(np.diff(number, prepend=-1))
+    counts = np.diff(first, append=len(number))
+    elapsed = (time - np.repeat(time[first], counts)) / max(
+        _RESTS * np.median(np.diff(time[first], append=time[-1])), 1e-9
+    )
+    within = np.where(elapsed < 1.0, 0.0, 1.0 + np.log(np.maximum(elapsed, 1.0)) / np.log(_GROWTH)).astype(int)
+    begins = (np.diff(number, prepend=-1) > 0) | (np.diff(within, prepend=0) != 0)
+    rests = np.repeat(np.maximum.reduceat(within, first) > 0, counts)
+    return np.cumsum(begins) - 1, rests[begins]
+
+
+def _means(number: np.ndarray, *values: np.ndarray) -> list[np.ndarray]:
+    """Of values by the number of each sample, and last the counts of samples."""
     count = np.bincount(number)
-    full = count > 0
-    at, mean = (np.bincount(number, each)[full] / count[full] for each in (travel, force))
-    return np.maximum.accumulate(at), mean, count[full]
+    return [*(np.bincount(number, each) / count for each in values), count]
 
 
 def _noise(depth: np.ndarray) -> float:
@@ -153,12 +177,11 @@ def _around(depth: np.ndarray, turn: int, noise: float) -> slice:
     return slice(int(before[-1]) + 1 if len(before) else 0, turn + int(after[0]) if len(after) else len(depth))
 
 
-def _check_advance(depth: np.ndarray, used: np.ndarray, contact: float, puncture: float) -> None:
+def _check_advance(curve: InsertionCurve) -> None:
     """Raise InputError if the needle does not cut on after the breakthrough."""
-    deepest = np.maximum.accumulate(depth)
-    advances = int(np.sum(used & (depth >= deepest) & (deepest > contact)))
+    advances = int(curve.cuts.sum())
     if advances < MIN_ADVANCES:
-        limit = f"at least {MIN_ADVANCES} means deeper than {1e3 * puncture:.4g} mm are needed"
+        limit = f"at least {MIN_ADVANCES} means deeper than {1e3 * curve.puncture_depth:.4g} mm are needed"
         step = "Insert deeper, or give puncture_depth."
         raise InputError("travel after the breakthrough", f"{advances} means", limit, next_step=step)
 

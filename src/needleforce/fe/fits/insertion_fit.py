@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Modulus of tissue from the force of a whole insertion, with the true geometry: the shaft drags the tissue."""
+"""Modulus and relaxation of tissue from the force of a whole insertion, with the true geometry: the shaft drags it."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -19,6 +19,7 @@ from ...models.model import Model
 from ...recording.source import RecordingSource, recording_of
 from ..elastic.condensed import CondensedTissue
 from ..elastic.needle_path import NeedlePath, layers_along
+from ..elastic.shaft_stiffness import StiffnessByLabel, stiffness_by_label
 from ..elastic.tissue import Tissue, check_kinds
 from ..materials import Elastic, check_labels
 from ..mesh.block import graded_lines, grid
@@ -27,10 +28,8 @@ from .insertion_search import (
     Found,
     InsertionSearch,
     Solutions,
-    StiffnessByLabel,
-    misfit,
+    branches,
     solutions,
-    stiffness_by_label,
 )
 from .modulus_fit import modulus_estimates
 
@@ -38,6 +37,7 @@ MAX_HALF_WIDTH = float(np.log(10.0))  # of the logarithm of a modulus: beyond, t
 MIN_STICKING = 3.0  # [resolutions of the depth] travel after a reversal in which the shaft sticks
 MIN_REVERSAL = 0.33  # [of that] travel after a reversal: in less, the tip's own spring is as large as the shaft's
 MAX_CHANGE = 0.05  # of the logarithm of a modulus with the spacing
+_WIDEST_SHARE = 0.5  # share that relaxes: a curve that allows more without a sign of it does not show any
 _LARGE = 10.0  # depth and radius of a block that stands for a half-space, in lengths of the path
 _SOURCE = "insertion into the solid"
 _LOG_UNIT = float(np.log(20e3))  # of its modulus [Pa] before the search
@@ -51,10 +51,12 @@ class InsertionFit(EstimateResult):
     Attributes
     ----------
     young_modulus, low, high : dict of str to float
-        Of each label that was found [Pa].
+        Of each label that was found, at once, before anything relaxes [Pa].
     parameters : Parameters
         Friction per length [N/m] and cutting force [N], for each label along the path where labels are found apart;
         ``withdrawal_ratio``, friction outwards over inwards [1]; ``force_offset`` [N]; ``contact_depth`` [m].
+        ``relaxation_share_1``, not identifiable where the motion shows none, ``relaxation_time_1`` [s] and a second
+        branch where it does; ``presliding`` [m] where the force shows a spring at the shaft, whose ratio is 1.
     half_space_modulus : float
         What the same curve gives if tissue is taken for a half-space [Pa].
     geometry_factor : float
@@ -62,7 +64,7 @@ class InsertionFit(EstimateResult):
     condensed : CondensedTissue
         With the moduli found, for ``CondensedInsertion(found.condensed, found.model)``.
     model : Model
-        Friction and cutting force found; its tip breaks through at once.
+        Friction, cutting force and relaxation found; its tip breaks through at once.
     depth, force, fitted : ndarray, shape (m,)
         Means over short travels of what was used: depth [m], measured force [N], and that of the fit [N].
     rmse, noise : float
@@ -116,7 +118,7 @@ def fit_insertion(
     contact_depth: float | None = None,
     puncture_depth: float | None = None,
 ) -> InsertionFit:
-    """Find moduli, friction and cutting force so that a needle in the solid has the force of a recorded insertion.
+    """Find moduli, friction, cutting force and relaxation so that a needle in the solid has a recorded force.
 
     Parameters
     ----------
@@ -152,11 +154,14 @@ def fit_insertion(
     that is constantly too large or too small in one direction is not taken for dragged tissue. The contact before the
     breakthrough is ``fit_modulus``'s.
 
+    A branch that relaxes is kept where it lessens the sum of squares by 12 variances of the noise, or the force changes
+    in a rest, with a share above 0; a spring between shaft and tissue where it lessens it as much.
+
     Intervals count the autocorrelation of the residual and how parts of the curve disagree, every solution of several
-    starts that fits as well, and what is found along half the spacing with cells of half the size (in space: the same
-    cells), and as much again beyond, as these errors fall at least in proportion to the size. Tissue is elastic: if a
-    tenth of the force relaxes, the modulus is some 6 % too large. A spring between shaft and tissue, such as bristles,
-    is taken for tissue.
+    starts that fits as well, or half as badly again where none fits, and what is found along half the spacing with
+    cells of half the size (in space: the same cells), and as much again beyond, as these errors fall at least in
+    proportion to the size. What a curve does not show is not in them: a tenth of the force that relaxes makes the
+    modulus some 6 % too large.
     """
     check_kinds(tissue, path)
     check_labels(labels, tissue.materials)
@@ -164,24 +169,27 @@ def fit_insertion(
     curve = insertion_curve(recording_of(recording), float(path.nodes[1]), contact_depth, puncture_depth)
     _check_path(curve, path)
     layers = _layers(tissue, path) if labels else [("", 0.0)]
-    tissue, search, optima = _solved(tissue, path, curve, labels, layers)
+    search = InsertionSearch(curve, stiffness_by_label(tissue, path, labels), tuple(top for _, top in layers))
+    levels = [_solved(tissue, path, labels, search, search.optima())]  # elastic, then with what the force shows
+    while more := levels[-1][1].extended(levels[-1][2][0]):
+        levels.append(_solved(levels[-1][0], path, labels, *more))
+    for tissue, search, optima in reversed(levels):
+        found = solutions(search, optima, tissue, path, labels)
+        if np.all(found.low[search.relaxation][::2] > 0.0) or search.branches == search.falls == 1:
+            break
     names = tuple(labels) or tuple(tissue.materials)
     _check_determined(search, optima[0], names)
     half_space = _half_space(tissue, path, search, optima[0])
     young = {name: tissue.materials[name].young_modulus for name in names}
-    found = solutions(search, optima, tissue, path, labels)
     return _result(search, found, young, layers=[name for name, _ in layers], half_space=half_space)
 
 
-def _solved(tissue, path, curve, labels, layers):  # type: ignore[no-untyped-def]
+def _solved(tissue, path, labels, search, optima):  # type: ignore[no-untyped-def]
     """Tissue, search and where searches end; with labels the tissue is condensed again where the best moduli are."""
-    tops = tuple(top for _, top in layers)
-    search = InsertionSearch(curve, stiffness_by_label(tissue, path, labels), tops)
-    optima = search.optima()
     for _ in range(_TURNS if labels else 0):
         found, moved = optima[0], optima[0].numbers[search.moduli]
         tissue = tissue.scaled(dict(zip(labels, np.exp(moved))))
-        search = InsertionSearch(curve, stiffness_by_label(tissue, path, labels), tops)
+        search = replace(search, solid=stiffness_by_label(tissue, path, labels))
         start = np.concatenate([np.zeros(len(moved)), found.numbers[search.moduli.stop :]])
         others = [replace(each, numbers=each.numbers + start - found.numbers) for each in optima[1:]]
         optima = [search.polished(start), *others]
@@ -283,10 +291,10 @@ def _result(search, found, young, *, layers, half_space):  # type: ignore[no-unt
 
 def _warnings(search: InsertionSearch, found: Solutions, young: dict[str, float]) -> Iterator[str]:
     """What of the fit is not as the noise would have it."""
-    best, depth = found.as_good[0], search.curve.depth[search.curve.used]
+    best = found.as_good[0]
     finer = f"Give a path with a spacing of {1e3 * search.solid.condensed.spacing * 0.5:.3g} mm or less."
-    if leaves := misfit(best.residual, depth):
-        wrong = misfit(found.other.residual, depth)
+    if leaves := search.misfit(best):
+        wrong = search.misfit(found.other)
         yield f"{leaves}: {'there the tissue does what this model has not.' if wrong else finer}"
     for k, (name, value) in zip(range(search.moduli.stop), young.items()):
         here, there, *others = value * np.exp([each.numbers[k] for each in (best, found.other, *found.as_good)])
@@ -304,23 +312,40 @@ def _parameters(search: InsertionSearch, solved: Solutions, layers: Sequence[str
     for k, layer in enumerate(layers):
         prefix, friction, cutting = f"{layer}_" if layer else "", search.friction.start + k, search.cutting.start + k
         found.append(_ratio(f"{prefix}friction_per_length", "N/m", numbers[friction], low[friction], high[friction]))
-        highest = 0.5 * float(np.ptp(search.measured))
-        found.append(_force(f"{prefix}cutting_force", numbers[cutting], low[cutting], high[cutting], highest))
-    found.append(_ratio("withdrawal_ratio", "1", numbers[-3], low[-3], high[-3]))
+        ends, known = (
+            (numbers[cutting], low[cutting], high[cutting]),
+            high[cutting] - low[cutting] < np.ptp(search.measured),
+        )
+        found.append(_estimate(f"{prefix}cutting_force", "N", *ends, known=known))
+    found += _more(search, solved)
+    ratio = (0.0, 0.0, 0.0) if search.sprung else (numbers[-3], low[-3], high[-3])
+    found.append(replace(_ratio("withdrawal_ratio", "1", *ratio), identifiable=not search.sprung))
     for name, unit, k in (("force_offset", "N", -2), ("contact_depth", "m", -1)):
         found.append(Estimate(name, float(numbers[k]), unit, float(low[k]), float(high[k]), source=_SOURCE))
     return Parameters({each.name: each for each in found})
 
 
+def _more(search: InsertionSearch, solved: Solutions) -> Iterator[Estimate]:
+    """Share and time constant of each branch, or what share there may be without a sign of it; travel of a spring."""
+    start, best = search.relaxation.start, solved.as_good[0]
+    ends = best.numbers, solved.low, solved.high
+    if not search.branches:
+        highest = max(0.0, *(part + TWO_SIDED * error for part, error, _ in search.branch(best)[1]))
+        yield _estimate("relaxation_share_1", "1", 0.0, 0.0, highest, known=highest < _WIDEST_SHARE)
+    for name, (place, left) in enumerate(branches(best.numbers[search.relaxation]), 1):
+        share, low, high = (left * float(each[start + place]) for each in ends)
+        yield _estimate(f"relaxation_share_{name}", "1", share, low, min(high, 1.0), known=high - low < _WIDEST_SHARE)
+        yield _ratio(f"relaxation_time_{name}", "s", *(each[start + place + 1] for each in ends))
+    if search.sprung:
+        yield _ratio("presliding", "m", *(each[search.relaxation.stop] for each in ends))
+
+
 def _ratio(name: str, unit: str, logarithm: float, low: float, high: float) -> Estimate:
     """What was found by its logarithm."""
-    known = bool(high - low < 2.0 * MAX_HALF_WIDTH)
-    ends = (float(np.exp(low)), float(np.exp(high))) if known else (0.0, np.inf)
-    return Estimate(name, float(np.exp(logarithm)), unit, *ends, identifiable=known, source=_SOURCE)
+    return _estimate(name, unit, *np.exp([logarithm, low, high]), known=high - low < 2.0 * MAX_HALF_WIDTH)
 
 
-def _force(name: str, value: float, low: float, high: float, highest: float) -> Estimate:
-    """A force that cannot be negative, known within a highest half width [N]."""
-    known = bool(high - low < 2.0 * highest)
+def _estimate(name: str, unit: str, value: float, low: float, high: float, *, known: bool) -> Estimate:
+    """Of what cannot be negative."""
     ends = (max(float(low), 0.0), float(high)) if known else (0.0, np.inf)
-    return Estimate(name, max(float(value), 0.0), "N", *ends, identifiable=known, source=_SOURCE)
+    return Estimate(name, max(float(value), 0.0), unit, *ends, identifiable=bool(known), source=_SOURCE)
