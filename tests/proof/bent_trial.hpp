@@ -42,6 +42,7 @@ class BentTrial {
         limits_(limits),
         axial_valid_(axial_valid),
         valid_(axial_valid_ && !fault(settings)),
+        lateral_ratio_(axial.lateral_ratio()),
         max_(axial_valid_ ? bounds::of(layers, bounds::fastest_accepted(limits)) : bounds::Parts{}),
         engine_(std::make_unique<Engine>(axial, settings)),
         shadow_(std::make_unique<Engine>(*engine_)),
@@ -133,7 +134,8 @@ class BentTrial {
     require(axial.cutting >= 0.0 && axial.cutting <= max_.cutting, "cutting pushes as far as it can");
     require(std::abs(axial.friction) <= max_.friction, "friction is no more than it can be");
     if (!valid_) return;
-    require(std::abs(sample.force - axial.force) <= rubbing(), "the pressure rubs as far as it can");
+    // a needle that bending shortens has the axial part of the lateral forces, too
+    require(shortens() || std::abs(sample.force - axial.force) <= rubbing(), "the pressure rubs as far as it can");
     require(sample.lateral <= steering(axial), "the bevel pushes as far as it can");
     require(sample.unsupported >= 0.0 && sample.unsupported <= 2.0, "no more than the needle is free");
     double square = 0.0;
@@ -175,6 +177,13 @@ class BentTrial {
     }
     return 1.001 * settings_.lengths.pressure_friction * max;
   }
+  /// Nothing pushes its tip aside.
+  bool shortens() const {
+    double most = std::abs(lateral_ratio_);
+    for (std::size_t i = 0; i < settings_.beam.layer_count; ++i)
+      most = std::max(most, std::abs(settings_.beam.layers[i].tip_force));
+    return !settings_.small_slopes && most == 0.0;
+  }
   /// Largest lateral force [N] on the tip: of the bevel's face and of the tissue.
   double steering(const Sample& axial) const {
     double max = 0.0;
@@ -206,6 +215,7 @@ class BentTrial {
   bool axial_valid_, valid_;
   bending::Base at_{};
   double solutions_ = 0.0;
+  double lateral_ratio_;
   bounds::Parts max_;
   std::unique_ptr<Engine> engine_, shadow_;
   Planted<Engine> planted_;
