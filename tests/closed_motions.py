@@ -116,7 +116,7 @@ def smooth_end(insertion, motion, rows):
     return float((4.0 * work(insertion, motion, rows).sum() - coarse) / 3.0)
 
 
-def refined(insertion, motion, share=1e-4, rounds=16):
+def in_finer_steps(insertion, motion, share=1e-4, rounds=16):
     """The motion with its steps halved until the trapezoid rule is right to a share of the work turned over: forces
     jump where the tip leaves the tissue, and are steep where friction turns."""
     for _ in range(rounds):
@@ -149,7 +149,7 @@ def bent(insertion, motion):
 def bent_at_least(insertion, motion, bar):
     """The balance of a needle that bends; where it is below a bar, that of the motion in steps that cannot be why."""
     found = bent(insertion, motion)
-    return found if found.share >= -bar else bent(insertion, refined(insertion, motion))
+    return found if found.share >= -bar else bent(insertion, in_finer_steps(insertion, motion))
 
 
 def scaled(law, rng):

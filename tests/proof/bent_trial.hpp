@@ -135,7 +135,8 @@ class BentTrial {
     require(std::abs(axial.friction) <= max_.friction, "friction is no more than it can be");
     if (!valid_) return;
     // a needle that bending shortens has the axial part of the lateral forces, too
-    require(shortens() || std::abs(sample.force - axial.force) <= rubbing(), "the pressure rubs as far as it can");
+    require(shortens() || std::abs(sample.force - axial.force) <= rubbing(),
+            "the pressure rubs as far as it can");
     require(sample.lateral <= steering(axial), "the bevel pushes as far as it can");
     require(sample.unsupported >= 0.0 && sample.unsupported <= 2.0, "no more than the needle is free");
     double square = 0.0;

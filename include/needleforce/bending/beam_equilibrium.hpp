@@ -136,9 +136,8 @@ class BeamEquilibrium {
     const bool along = mesh_.embedded() > 0;
     const double force = along ? load.compression.tip : 0.0, cutting = along ? load.compression.cutting : 0.0;
     for (std::size_t d = 0; d < dimension; ++d)
-      equations.value[last].y[d] +=
-          load.tip_force[d] + load.contact * load.contact_place[d] - force * mesh_.tip().along[d] -
-          cutting * mesh_.tip().drag[d];
+      equations.value[last].y[d] += load.tip_force[d] + load.contact * load.contact_place[d] -
+                                    force * mesh_.tip().along[d] - cutting * mesh_.tip().drag[d];
   }
 
   /// A section above the surface, as an exact beam-column.
@@ -214,8 +213,8 @@ class BeamEquilibrium {
       add_bend(equations, i, section, load, change_of_slope(first, second, h));
     });
   }
-  /// The sections of the needle in the element that begins at a depth, from the base on, each with the part of
-  /// the element that it takes.
+  /// The sections of the needle in the element that begins at a depth, from the base on, each with the part
+  /// of the element that it takes.
   template <class Visit>
   void each_section(const Sections& sections, double from, double embedded, Visit visit) const noexcept {
     const double h = mesh_.h();
@@ -253,7 +252,8 @@ class BeamEquilibrium {
       const Section* above = nullptr;
       each_section(sections, mesh_[i].travel, load.embedded,
                    [&](const Section& section, double first, double) {
-                     if (above) advancing_ += energy_at(i, *above, load, first) - energy_at(i, section, load, first);
+                     if (above)
+                       advancing_ += energy_at(i, *above, load, first) - energy_at(i, section, load, first);
                      above = &section;
                    });
     }
@@ -281,9 +281,9 @@ class BeamEquilibrium {
     const double unit = below.stiffness / own.length;
     double sum = 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
-      const double moment = -unit * (s12 * (a.place[d] - b.place[d]) / own.length + s22 * a.slope[d] +
-                                     s24 * b.slope[d]) -
-                            below.stiffness * below.curvature * load.bend[d];
+      const double moment =
+          -unit * (s12 * (a.place[d] - b.place[d]) / own.length + s22 * a.slope[d] + s24 * b.slope[d]) -
+          below.stiffness * below.curvature * load.bend[d];
       sum += moment * (0.5 * moment / section.stiffness + section.curvature * load.bend[d]);
     }
     return sum;

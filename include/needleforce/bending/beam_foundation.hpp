@@ -153,8 +153,9 @@ class BeamFoundation {
       Place place = piece.newest ? newest_place(travel, by_tip) : path_.at(travel);
       double stiffness = layer.modulus + layer.yielding_modulus;  // ahead of the last node nothing yields
       if (!layer.linear())
-        stiffness = piece.newest ? linearise_newest(layer, mesh_.place_in(piece.element, shape), by_tip, place)
-                                 : linearise(piece.layer, piece.element, shape, travel, place);
+        stiffness = piece.newest
+                        ? linearise_newest(layer, mesh_.place_in(piece.element, shape), by_tip, place)
+                        : linearise(piece.layer, piece.element, shape, travel, place);
       const double factor = gauss_weights[g] * length * stiffness;
       const std::array<double, 4> offset{shape[0], shape[1], shape[2] - by_tip, shape[3]};
       // what pulls the shaft towards the newest piece of path pulls the tip, which moves that, back

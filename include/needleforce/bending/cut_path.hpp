@@ -155,7 +155,8 @@ class CutPath {
     Place turned;
     double square = 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
-      turned[d] = taken_up * ((node[d] - nodes_[count_ - 1][d]) * per_spacing_ - directions_[count_ - 1][d] - turns_[d]);
+      turned[d] = taken_up *
+                  ((node[d] - nodes_[count_ - 1][d]) * per_spacing_ - directions_[count_ - 1][d] - turns_[d]);
       square += turned[d] * turned[d];
     }
     const double most = sharpest * spacing, share = square > most * most ? most / std::sqrt(square) : 1.0;

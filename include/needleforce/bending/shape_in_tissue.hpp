@@ -61,7 +61,7 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     ShapeSearch shapes;
     double force = drive.force() + (coupled() ? state_.tip_pull : 0.0);
     BeamLoad<dimension> load = load_of(to, shape, force, drive.force());
-    bool holds = true;  // the last of the tissue may push a tip out
+    bool holds = true;   // the last of the tissue may push a tip out
     double bears = 0.0;  // a force at which the needle did not buckle
     const bool lost = state_.buckled;
     for (std::size_t tries = 1; !lost; ++tries) {

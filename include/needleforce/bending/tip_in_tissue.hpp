@@ -173,8 +173,10 @@ class TipInTissue {
   }
 
   static bool pushes(const BeamProperties& beam) noexcept {
-    const auto end = beam.layers.begin() + static_cast<std::ptrdiff_t>(std::min(beam.layer_count, max_lateral_layers));
-    return std::any_of(beam.layers.begin(), end, [](const LateralLayer& layer) { return layer.tip_force != 0.0; });
+    const auto end =
+        beam.layers.begin() + static_cast<std::ptrdiff_t>(std::min(beam.layer_count, max_lateral_layers));
+    return std::any_of(beam.layers.begin(), end,
+                       [](const LateralLayer& layer) { return layer.tip_force != 0.0; });
   }
 
   Axial axial_;
