@@ -10,11 +10,11 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 360,
-    "lines": 70_500,
-    "modules with one importer": 46,
+    "Python files": 365,
+    "lines": 71_300,
+    "modules with one importer": 47,
     "modules in the largest import circle": 4,
-    "functions with eight or more parameters": 12,
+    "functions with eight or more parameters": 11,
     "files that run in `nf.read(file)`": 26,
     "files that run in `nf.identify(recording)`": 40,
     "stays in files on the path through `read`": 113,

@@ -270,13 +270,12 @@ class InsertionSearch:
         """Lowest and highest numbers."""
         layers, span = np.ones(len(self.tops)), float(np.ptp(self.measured))
         contact, reach = self.curve.contact_depth, _CONTACT * (self.curve.depth.max() - self.curve.contact_depth)
-        sides, shares, cuttings, ends = (-1.0, 1.0), (-1e-9, _MAX), (-1e-12, 10.0 * span), []
-        ranges = zip(sides, _FRICTION, cuttings, shares, self.times, np.log(_SPRING))
-        for side, friction, cutting, share, time, spring in ranges:
+        shares, cuttings, ends = (-1e-9, _MAX), (-1e-12, 10.0 * span), []
+        for end, side in enumerate((-1.0, 1.0)):
             moduli = np.full(self.moduli.stop, side * np.log(_MODULUS))
             last = [side * np.log(_RATIO), side * np.inf, contact + side * reach]
-            more = self.branches * (share, time) + self.sprung * (spring,)
-            ends.append(np.concatenate([moduli, np.log(friction) * layers, cutting * layers, more, last]))
+            more = self.branches * (shares[end], self.times[end]) + self.sprung * (np.log(_SPRING[end]),)
+            ends.append(np.concatenate([moduli, np.log(_FRICTION[end]) * layers, cuttings[end] * layers, more, last]))
         return ends[0], ends[1]
 
     def _starts(self) -> Iterator[np.ndarray]:
