@@ -41,7 +41,7 @@ class BeamEquilibrium {
     if (!outcome.stable) return outcome;
     react(properties, load);
     turn(properties.sections, load);
-    shorten();
+    if (load.shortens) shorten();
     if (load.rubs) press(properties, path);
     return outcome;
   }
@@ -58,9 +58,9 @@ class BeamEquilibrium {
 
   const BeamMesh<dimension>& mesh() const noexcept { return mesh_; }
   /// Friction turns along the shaft that has slid. Wait-free.
-  void turn_friction(double share) noexcept {
+  void turn_friction(double share, bool shortens) noexcept {
     turn_drag(mesh_, share);
-    shorten_embedded(mesh_, shortening_);
+    if (shortens) shorten_embedded(mesh_, shortening_);
   }
   void forget_friction() noexcept {
     for (BeamNode<dimension>& node : mesh_.nodes()) node.drag = node.drag_before = {};

@@ -40,6 +40,7 @@ struct BeamLoad {
   Place contact_place{};    ///< where that is unloaded
   double pivot = 1.0;       ///< share of the pivot that holds already
   bool cuts = false;        ///< the tip is at the front of its path and writes it
+  bool shortens = false;    ///< bending does, of a needle whose shaft slides less then
   bool pulls_back = false;  ///< the newest piece of path, which the tip writes, holds the tip
   bool rubs = false;        ///< lateral pressure makes axial friction
 };

@@ -33,6 +33,7 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
   using Tip::settings_;
   using Tip::share_friction;
   using Tip::share_left;
+  using Tip::shortens_;
   using Tip::state_;
   using Tip::Tip;
   using Tip::tip_place;
@@ -161,7 +162,8 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     state_.along = drive.force() + (bends ? state_.tip_pull + free_pull() : 0.0);
     state_.force = state_.along - (bends && guided() ? state_.beam.pull() : 0.0);
     if (mesh().embedded() > 0)
-      state_.beam.turn_friction(1.0 - std::exp(-std::abs(state_.slid - began.slid) / state_.path.spacing));
+      state_.beam.turn_friction(1.0 - std::exp(-std::abs(state_.slid - began.slid) / state_.path.spacing),
+                                shortens_);
     if (!(state_.reached > 0.0)) leave();
     if (load.cuts) {
       const std::size_t nodes = state_.path.nodes();
@@ -193,6 +195,7 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
                               double axial) const noexcept {
     BeamLoad<dimension> load;
     const bool inside = in_tissue();
+    load.shortens = shortens_;
     load.embedded = inside ? state_.reached : 0.0;
     load.free_length =
         std::max(0.0, settings_.beam.support.free_length(base.depth) + (inside ? shape.free : base.depth));
