@@ -212,7 +212,8 @@ def test_a_depth_that_is_later_than_the_force_is_found_where_the_needle_turns(re
     moves = [(0.012, 0.01), (0.012, hold), (-0.002, 0.01)]
     with Dragging(late) as axis, FakeSensor(lambda t: axis.force) as sensor:
         outcome, log = recorded(sensor, axis, moves, silence=1.0)
-    assert outcome.ended == ("depth late" if late else "done") and log.end["ended"] == outcome.ended
+    assert outcome.ended == ("depth late" if late else "done"), outcome.detail
+    assert log.end["ended"] == outcome.ended
     if late:
         low, high = map(float, re.search(r"pulled at the withdrawal (.*) to (.*) s before", outcome.detail).groups())
         assert low - 0.03 <= late <= high + 0.03 and high - low < 0.15

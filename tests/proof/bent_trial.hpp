@@ -137,7 +137,7 @@ class BentTrial {
     // a needle that bending shortens has the axial part of the lateral forces, too
     require(shortens() || std::abs(sample.force - axial.force) <= rubbing(),
             "the pressure rubs as far as it can");
-    require(sample.lateral <= steering(axial), "the bevel pushes as far as it can");
+    require(sample.lateral <= steering(), "the bevel pushes as far as it can");
     require(sample.unsupported >= 0.0 && sample.unsupported <= 2.0, "no more than the needle is free");
     double square = 0.0;
     for (const double component : sample.tangent) square += component * component;
@@ -185,12 +185,12 @@ class BentTrial {
       most = std::max(most, std::abs(settings_.beam.layers[i].tip_force));
     return !settings_.small_slopes && most == 0.0;
   }
-  /// Largest lateral force [N] on the tip: of the bevel's face and of the tissue.
-  double steering(const Sample& axial) const {
+  /// Largest lateral force [N] on the tip: of the bevel's face when it last cut, and of the tissue.
+  double steering() const {
     double max = 0.0;
     for (const bending::LateralLayer& layer : settings_.beam.layers)
       max = std::max(max, std::abs(layer.tip_force));
-    return (1.0 + 1e-12) * (std::abs(axial.lateral) + max);
+    return (1.0 + 1e-12) * (std::abs(lateral_ratio_) * max_.cutting + max);
   }
   /// Altered bytes are refused; with right sums they are refused or lead to numbers that are finite.
   void alter(std::size_t where, std::uint64_t change) {

@@ -11,7 +11,7 @@
 
 namespace needleforce::bending {
 
-/// What holds the tip, and what its lateral energy gains as it goes on. Base of `ShapeInTissue`.
+/// What holds the tip, and what its lateral energy gains as it cuts. Base of `ShapeInTissue`.
 template <std::size_t dimension, class Axial>
 class TipInTissue {
  public:

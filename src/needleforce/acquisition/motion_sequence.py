@@ -12,7 +12,7 @@ from .sources.source import MotionAxis
 _HOLD_TOLERANCE_M = 5e-6  # a move shorter than this is a hold
 _MIN_PROGRESS = 0.1  # share of the expected travel below which an axis has stalled
 _MAX_PROGRESS_TIME_S = 60.0  # over which the progress of a slow axis is judged
-_MAX_START_DELAY_S = 0.5  # from the answer to the first state with the condition moving
+_MAX_START_DELAY_S = 1.0  # from the answer to the first state with the condition moving
 
 
 class EndReason(StrEnum):
