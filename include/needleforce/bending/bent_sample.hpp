@@ -3,6 +3,8 @@
 #pragma once
 
 #include <array>
+#include <cmath>
+#include <cstddef>
 
 #include "../sample.hpp"
 #include "development.hpp"
@@ -41,5 +43,13 @@ struct BentSample {
   bool buckled = false;
   bool moved = false;  ///< the step was taken; a refused one leaves the needle where it was
 };
+
+/// Wait-free.
+inline bool finite(const BentSample& sample) noexcept {
+  double sum = sample.force + sample.lateral + sample.unsupported + sample.axial.force;
+  for (std::size_t i = 0; i < 3; ++i)
+    sum += sample.tip[i] + sample.tangent[i] + sample.wrench[i] + sample.wrench[i + 3];
+  return std::isfinite(sum);
+}
 
 }  // namespace needleforce::bending

@@ -161,7 +161,13 @@ class FlexibleInsertion : private ShapeInTissue<dimension, Axial> {
     state_.started ? advance(base, elapsed, events) : start(base, elapsed, events);
     state_.base = base;
     state_.last = sample(events);
+    if (!finite(state_.last)) lose();
     return state_.last;
+  }
+  /// A state from outside can hold what no needle meets: once its numbers are beyond all bounds, it is gone.
+  void lose() noexcept {
+    reset();
+    state_.last.status = Status::not_finite;
   }
 
   /// The first step: a needle that is in the tissue already is straight, in its own hole.
