@@ -9,16 +9,19 @@ it is busy or suspended is what these runs do not try. Sockets and files are rea
 import math
 import os
 import select
-import socket
-import struct
+import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from needleforce.acquisition.sources import arrival_time
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
+
+from simulated_time import StampedReceiver
+
 READING_NS = 1000  # that reading the clock takes, so that a loop that only reads it ends
-_TIMESPEC = struct.Struct("@ll")
 _select, _wait, _start, _join, _run = (
     select.select, threading.Condition.wait, threading.Thread.start, threading.Thread.join, threading.Thread.run,
 )  # fmt: skip
@@ -46,7 +49,7 @@ class SimulatedClock:
             (threading.Thread, "start", lambda thread: self._start(thread)),
             (threading.Thread, "run", lambda thread: self._in_turn(thread)),
             (threading.Thread, "join", lambda thread, timeout=None: self._join(thread, timeout)),
-            (arrival_time.StampedSocket, "__init__", lambda it, receiver: stamped(it, _Stamped(receiver))),
+            (arrival_time.StampedSocket, "__init__", lambda it, receiver: stamped(it, StampedReceiver(receiver))),
             (os, "setpriority", lambda *_: None),  # a turn needs none
         ]
         self._replaced = [(place, name, getattr(place, name)) for place, name, _ in given]
@@ -120,18 +123,3 @@ def _locked() -> threading.Lock:
     lock = threading.Lock()
     lock.acquire()
     return lock
-
-
-class _Stamped:
-    """A socket whose kernel stamps what it receives by the simulated clock."""
-
-    def __init__(self, receiver: socket.socket):
-        self._receiver = receiver
-
-    def __getattr__(self, name):
-        return getattr(self._receiver, name)
-
-    def recvmsg(self, *sizes):
-        data, ancillary, flags, sender = self._receiver.recvmsg(*sizes)
-        stamp, stamps = _TIMESPEC.pack(*divmod(time.time_ns(), 10**9)), (socket.SOL_SOCKET, arrival_time._STAMP)
-        return data, [(*each[:2], stamp) if each[:2] == stamps else each for each in ancillary], flags, sender

@@ -59,7 +59,7 @@ class SimulatedTime:
             (select, "select", self._instead_of(select.select, self._select)),
             (threading.Condition, "wait", self._instead_of(_condition_wait, self._wait_for_notice)),
             (threading.Thread, "join", self._instead_of(threading.Thread.join, self._join)),
-            (arrival_time.StampedSocket, "__init__", lambda it, receiver: stamped(it, _Receiver(receiver))),
+            (arrival_time.StampedSocket, "__init__", lambda it, receiver: stamped(it, StampedReceiver(receiver))),
         ]
         self._replaced = [(place, name, getattr(place, name)) for place, name, _ in given]
         for place, name, value in given:
@@ -156,7 +156,7 @@ def _state(thread: threading.Thread) -> str | None:
     return "".join(facts) if "sleeping" in facts[0] else None
 
 
-class _Receiver:
+class StampedReceiver:
     """A socket whose kernel stamps what it receives by the simulated clock."""
 
     def __init__(self, receiver: socket.socket):
