@@ -11,6 +11,7 @@ from browser import served, shows
 import needleforce as nf
 from needleforce.export import header
 from needleforce.models.laws import FAMILIES
+from needleforce.preset_files.schema import tips
 from needleforce.studio.page_files import page_files, write_static
 
 PARTS = ("force", "stiffness", "friction", "cutting")
@@ -31,6 +32,17 @@ EVERY_PRESET = """async () => {
   const model = (name) => fromPreset(tables, name);
   return Object.keys(tables.presets).map((name) =>
     [name, presetText(tables, model(name)), headerText(tables, model(name))]);
+}"""
+# each tip of the tables where its control begins, in the model of blunted_cone: heights that are drawn, preset and header
+EVERY_TIP = """async (radii) => {
+  const { HEIGHTS, tipOutline } = await import("./tip.js"), { begun, fromPreset } = await import("./model.js");
+  const { presetText, headerText } = await import("./exports.js"), tables = await (await fetch("tables.json")).json();
+  return Object.keys(tables.tips).map((name) => {
+    const model = fromPreset(tables, "blunted_cone"), { stiffness } = model.layers[0], tip = begun(tables, tables.tips, name);
+    stiffness.tip = tip;
+    const drawn = tipOutline(stiffness, null).points.every((point) => point.every(Number.isFinite));
+    return [tip, radii.map((r) => HEIGHTS[name](tip, r)), drawn, presetText(tables, model), headerText(tables, model)];
+  });
 }"""
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[+-]?\d+)?(?![\w.])")
 
@@ -213,6 +225,46 @@ def test_every_preset_leaves_as_the_file_and_header_that_python_writes(opened, t
         got = constants.split("// clang-format off")[1]
         assert NUMBER.sub("#", got) == NUMBER.sub("#", written), name
         assert [*map(float, NUMBER.findall(got))] == [*map(float, NUMBER.findall(written))], name
+
+
+def test_every_tip_is_drawn_and_leaves_as_python_has_it(opened, tmp_path):
+    radii = [0.0, 0.04e-3, 0.12e-3, 0.3e-3]
+    page = opened()
+    found = page.evaluate(EVERY_TIP, radii)
+    kinds = {kind.name: kind for kind in tips()}
+    assert {tip["name"] for tip, *_ in found} == set(kinds)
+    for tip, heights, drawn, preset, constants in found:
+        ours = kinds[tip.pop("name")](**tip)
+        wanted = ours.height(np.array(radii))
+        if ours.name == "lancet_bevel":  # drawn as the plane that it is; Python's height is that of its equivalent cone
+            wanted = np.array(radii) / np.tan(ours.half_angle)
+        assert heights == pytest.approx(wanted, rel=1e-12, abs=1e-18) and drawn, ours.name
+        (tmp_path / "page.toml").write_text(preset, encoding="utf-8")
+        model = nf.preset(tmp_path / "page.toml")
+        assert model.stiffness.tip == ours
+        written, got = (each.split("// clang-format off")[1] for each in (header(model, "c++", "studio_model"), constants))
+        assert NUMBER.sub("#", got) == NUMBER.sub("#", written), ours.name
+        assert [*map(float, NUMBER.findall(got))] == [*map(float, NUMBER.findall(written))], ours.name
+
+
+def test_the_knots_of_a_measured_tip_are_typed(opened, tmp_path):
+    page = opened()
+    page.select_option("#preset", "blunted_cone")
+    page.select_option("#layer0-stiffness-tip", "profile")
+    knots = page.locator("#layer0-stiffness-tip-knots")
+    for text, place, words in (
+        ("0 0\n0.2", "-knots-why", "Each line is a radius and a height in mm"),
+        ("0 0\n0.2 0.5\n0.35 0.6", "", "the slope falls"),  # which the core refuses
+        ("0 0\n0,2 0,1\n0.35 0.6", "", ""),
+    ):
+        knots.fill(text)
+        knots.blur()
+        assert words in page.inner_text("#layer0-stiffness-tip" + place if place else "#refusal")
+    got = columns(exported(page, "csv", tmp_path))
+    model = nf.preset(exported(page, "preset", tmp_path))
+    assert model.stiffness.tip.heights == pytest.approx([0.0, 1e-4, 6e-4])
+    ours = nf.Insertion(model).run(got["depth"], None, np.full(len(got["depth"]), 1e-3))
+    assert got["force"] == pytest.approx(ours["force"], rel=1e-9, abs=1e-10)
 
 
 def test_a_changed_model_leaves_under_another_name(opened, tmp_path):

@@ -3,6 +3,7 @@
 tables. Each is read once and then found by its name alone."""
 
 import json
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -16,7 +17,7 @@ from ..models.laws import FAMILIES, laws_of
 from ..models.model import Layer, Model
 from ..preset_files.build import needle_lines
 from ..preset_files.presets import preset, presets
-from ..preset_files.schema import si_key, tips
+from ..preset_files.schema import EQUIVALENCES, si_key, tips
 from ..vocabulary import __version__
 
 PAGE = Path(__file__).with_name("page")
@@ -31,6 +32,18 @@ TYPES = {
     ".json": "application/json",
     ".wasm": "application/wasm",
     ".svg": "image/svg+xml",
+}
+_R, _ANGLE = 0.35e-3, math.radians(15.0)  # the needle of most presets
+TIPS: dict[str, dict] = {  # where the controls of a tip begin, if no preset has it
+    "cone": {"half_angle": _ANGLE},
+    "paraboloid": {"radius": 0.05e-3},
+    "sphere": {"radius": _R},
+    "flat": {"radius": _R},
+    "power_profile": {"exponent": 1.5, "reference_radius": _R, "reference_height": 1e-3},
+    "truncated_cone": {"half_angle": _ANGLE, "flat_radius": 0.1e-3},
+    "tangent_ogive": {"radius": _R, "length": 1.3e-3},
+    "lancet_bevel": {"half_angle": _ANGLE},
+    "profile": {"radii": [0.0, 1e-4, 2e-4, 3.5e-4], "heights": [0.0, 1e-4, 4e-4, 1e-3]},
 }
 MIN_STROKE, MAX_STROKE = 12e-3, 60e-3  # [m] depth to which the page inserts a needle by itself
 
@@ -90,11 +103,11 @@ def write_static(folder: str | os.PathLike, core: Path = CORE) -> list[Path]:
 def tables() -> dict[str, Any]:
     """What the page knows of laws, tips and presets, in SI; a limit that is infinite is null."""
     models = {name: preset(name) for name in sorted(presets(), key=lambda name: name != "paper")}
-    shapes = [tip for tip in tips() if not hasattr(tip, "columns")]  # a measured profile has no control
     return {
         "version": __version__,
         "laws": {family: _classes(laws_of(family), _seen(models.values(), _laws)) for family in FAMILIES},
-        "tips": _classes(shapes, _seen(models.values(), _tips)),
+        "tips": _classes(tips(), TIPS | _seen(models.values(), _tips)),
+        "equivalences": EQUIVALENCES,
         "presets": {name: _preset(model) for name, model in models.items()},
     }
 
@@ -105,6 +118,7 @@ def _classes(kinds: list[type], seen: dict[str, Any]) -> dict[str, dict]:
             "type": kind.cpp_name,
             "summary": kind.summary,
             "parts": list(kind.parts),
+            "columns": hasattr(kind, "columns"),
             "parameters": [_parameter(row, seen.get(kind.name, {}).get(row["name"])) for row in kind.table()],
         }
         for kind in kinds

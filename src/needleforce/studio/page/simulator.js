@@ -13,6 +13,7 @@ import { MAX_STEPS, STEP, Trace, stroke } from "./trace.js";
 const HAND_SPEED = 0.2, KEY_SPEED = 0.01; // [m/s]
 const KEYS = { ArrowDown: 0.1, ArrowUp: -0.1, PageDown: 1, PageUp: -1 }; // [mm]
 const at = (id) => document.getElementById(id);
+const still = matchMedia("(prefers-reduced-motion: reduce)"); // a reader who wants nothing to move by itself
 
 let tables, Insertion;
 const state = { models: [null, null], motion: { speed: 3e-3, depth: 12e-3 } };
@@ -54,7 +55,7 @@ function takeModel(k, model, whole) {
 function begin(atOnce) {
   const { depth, speed } = state.motion;
   trace = new Trace(state.models.map(insertionOf), startDepth());
-  [lowest, byHand, hand, cursor] = [startDepth() * 1.4, false, null, null];
+  [lowest, byHand, hand, cursor] = [2 * startDepth(), false, null, null];
   playing = stroke(startDepth(), depth, speed);
   at("depth").value = String(Number((1e3 * depth).toPrecision(4)));
   if (atOnce) finish();
@@ -255,7 +256,7 @@ function listenToBar() {
     if (!(depth >= 1e-4 && depth <= 0.1)) return trouble(`The depth “${at("depth").value}” is not a number from 0.1 to 100 mm.`);
     trouble("");
     state.motion = { speed, depth };
-    begin(false);
+    begin(still.matches);
   };
   at("slow").addEventListener("click", () => insert(1e-3));
   at("fast").addEventListener("click", () => insert(3e-3));
