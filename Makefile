@@ -201,7 +201,9 @@ format: .venv/.lint-packages  ## the same, changing files
 	@$(BIN)/ruff format $(PYTHON_SOURCES)
 	@$(BIN)/clang-format -i $(CXX_SOURCES)
 
+# where there is a clang, the first page shows the studio
 docs: setup  ## the pages of docs/ as HTML in build/docs
+	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
 	@$(WATCHED) "packages for the pages" -- $(INSTALL) --requirement docs/requirements.txt
 	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W --show-traceback docs build/docs
 	@$(WATCHED) "links" --show -- $(BIN)/python tools/check_links.py build/docs

@@ -2,6 +2,7 @@
 """The simulator in Chromium: what a reader does, and that the page then says what the Python package says."""
 
 import re
+import runpy
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -16,6 +17,7 @@ from needleforce.studio.page_files import page_files, write_static
 
 PARTS = ("force", "stiffness", "friction", "cutting")
 MAX_PAGE_BYTES = 400_000  # without the compiled core
+MAX_PICTURE_BYTES = 150_000
 # the text of a link to a state; layers that are named instead of given are the preset's with a half angle of 9 rad
 LINK = """async (state) => {
   const tables = await (await fetch("tables.json")).json();
@@ -33,12 +35,13 @@ EVERY_PRESET = """async () => {
   return Object.keys(tables.presets).map((name) =>
     [name, presetText(tables, model(name)), headerText(tables, model(name))]);
 }"""
-# each tip of the tables where its control begins, in the model of blunted_cone: heights that are drawn, preset and header
+# each tip of the tables where its control begins, in the model of blunted_cone: heights as drawn, preset and header
 EVERY_TIP = """async (radii) => {
   const { HEIGHTS, tipOutline } = await import("./tip.js"), { begun, fromPreset } = await import("./model.js");
   const { presetText, headerText } = await import("./exports.js"), tables = await (await fetch("tables.json")).json();
   return Object.keys(tables.tips).map((name) => {
-    const model = fromPreset(tables, "blunted_cone"), { stiffness } = model.layers[0], tip = begun(tables, tables.tips, name);
+    const model = fromPreset(tables, "blunted_cone"), { stiffness } = model.layers[0];
+    const tip = begun(tables, tables.tips, name);
     stiffness.tip = tip;
     const drawn = tipOutline(stiffness, null).points.every((point) => point.every(Number.isFinite));
     return [tip, radii.map((r) => HEIGHTS[name](tip, r)), drawn, presetText(tables, model), headerText(tables, model)];
@@ -242,7 +245,8 @@ def test_every_tip_is_drawn_and_leaves_as_python_has_it(opened, tmp_path):
         (tmp_path / "page.toml").write_text(preset, encoding="utf-8")
         model = nf.preset(tmp_path / "page.toml")
         assert model.stiffness.tip == ours
-        written, got = (each.split("// clang-format off")[1] for each in (header(model, "c++", "studio_model"), constants))
+        texts = (header(model, "c++", "studio_model"), constants)
+        written, got = (text.split("// clang-format off")[1] for text in texts)
         assert NUMBER.sub("#", got) == NUMBER.sub("#", written), ours.name
         assert [*map(float, NUMBER.findall(got))] == [*map(float, NUMBER.findall(written))], ours.name
 
@@ -295,6 +299,35 @@ def test_the_page_is_light_and_the_same_on_any_web_server(browser, wasm, tmp_pat
         shows(page, "#events", "puncture at 3.2")
         assert not page.is_visible("#views")  # without the studio's server there is nothing that identifies
         page.close()
+
+
+def test_a_page_embeds_the_simulator_when_asked_and_in_its_colours(browser, wasm, root, tmp_path):
+    from playwright.sync_api import expect
+
+    write_static(tmp_path / "studio", wasm)
+    (tmp_path / "studio.js").write_bytes((root / "docs" / "_static" / "studio.js").read_bytes())
+    place = re.search(r"(<p class=\"studio-here\">.*?</p>)", (root / "docs" / "index.md").read_text("utf-8"), re.S)[1]
+    page_of_docs = f"<!doctype html><body data-theme=auto>{place}<script src=studio.js></script>"
+    (tmp_path / "index.html").write_text(page_of_docs, encoding="utf-8")
+    with served(tmp_path) as address:
+        page, loaded = browser.new_page(), []
+        page.on("request", lambda each: loaded.append(each.url))
+        page.goto(address)
+        assert not any("/studio/" in each for each in loaded)
+        page.click("text=Push the needle here")
+        studio = page.frame_locator("iframe")
+        expect(studio.locator("#events")).to_contain_text("puncture at 3.2", timeout=60_000)
+        for theme, paper in (("dark", "rgb(22, 25, 28)"), ("light", "rgb(255, 255, 255)")):
+            page.evaluate("(theme) => { document.body.dataset.theme = theme; }", theme)
+            expect(studio.locator("body")).to_have_css("background-color", paper)
+        page.close()
+
+
+def test_the_picture_of_the_readme_is_drawn(browser, address, root, tmp_path):
+    shoot = runpy.run_path(str(root / "tools" / "studio_picture.py"))["shoot"]
+    for path in shoot(browser, address, tmp_path):
+        assert 30_000 < path.stat().st_size < MAX_PICTURE_BYTES
+        assert (root / "docs" / "figures" / path.name).stat().st_size < MAX_PICTURE_BYTES
 
 
 def test_a_browser_without_webassembly_is_told_so(opened):

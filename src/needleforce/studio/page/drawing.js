@@ -15,8 +15,13 @@ const DARK = {
 };
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
-export const colours = () => (dark.matches ? DARK : LIGHT);
-export const onColours = (act) => dark.addEventListener("change", act);
+const { documentElement: root } = document;
+/** Those of the page that embeds this one, if it has chosen, else the reader's. */
+export const colours = () => ((root.dataset.theme ? root.dataset.theme === "dark" : dark.matches) ? DARK : LIGHT);
+export function onColours(act) {
+  dark.addEventListener("change", act);
+  new MutationObserver(act).observe(root, { attributeFilter: ["data-theme"] });
+}
 
 /** Places of ticks over a range, about `apart` pixels from each other, and their texts. */
 export function ticks(low, high, pixels, apart) {

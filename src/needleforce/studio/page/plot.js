@@ -31,7 +31,8 @@ export function drawPlot(context, size, colour, scene) {
   context.clip();
   for (const curve of scene.curves) drawCurve(context, curve, at);
   context.restore();
-  for (const mark of scene.marks) drawMark(context, mark, at, colour);
+  const taken = []; // by texts
+  for (const mark of scene.marks) drawMark(context, mark, at, colour, taken);
   if (scene.cursor) drawCursor(context, scene.cursor, at, colour);
 }
 
@@ -108,8 +109,10 @@ function drawCurve(context, { x, y, length, scaleX = 1, scaleY = 1, colour, widt
   line(context, points.map((point) => point.at), colour, width, dash);
 }
 
-function drawMark(context, { x, y, text, onLeft, colour: style }, at, colour) {
+/** A point and, where there is room on either side, its text. */
+function drawMark(context, { x, y, text, onLeft, colour: style }, at, colour, taken) {
   const [left, top] = [at.x(x), at.y(y)];
+  if (left < at.left - 1 || left > at.right + 1) return;
   context.beginPath();
   context.arc(left, top, 4, 0, 2 * Math.PI);
   context.fillStyle = style;
@@ -118,13 +121,17 @@ function drawMark(context, { x, y, text, onLeft, colour: style }, at, colour) {
   context.lineWidth = 1.5;
   context.stroke();
   if (!text) return;
-  const wide = context.measureText(text).width;
-  const onRight = (!onLeft || left - 10 - wide < at.left) && left + 10 + wide < at.right;
-  context.textAlign = onRight ? "left" : "right";
-  context.textBaseline = "middle";
   context.font = `600 ${FONT}`;
+  const wide = context.measureText(text).width;
+  const height = Math.max(at.top + 8, top - 9);
+  const places = [left + 9, left - 9 - wide].map((from) => ({ from, to: from + wide, height }));
+  const free = (onLeft ? places.reverse() : places).find((place) => place.from >= at.left && place.to <= at.right &&
+    taken.every((other) => other.to < place.from || other.from > place.to || Math.abs(other.height - height) > 14));
   context.fillStyle = style;
-  context.fillText(text, left + (onRight ? 9 : -9), Math.max(at.top + 8, top - 9));
+  context.textAlign = "left";
+  context.textBaseline = "middle";
+  if (free) context.fillText(text, free.from, height);
+  if (free) taken.push(free);
   context.font = FONT;
 }
 

@@ -54,7 +54,7 @@ function drawLayer(context, { width, height }, colour, scene, at, middle, i) {
   context.fillStyle = colour.ink;
   context.textAlign = "right";
   context.textBaseline = "top";
-  context.fillText(`layer ${i + 1}`, width - 8, at.y(scene.layers[i].top) + 6);
+  context.fillText(`layer ${i + 1}`, width - 8, surface(width - 60) + 6);
 }
 
 function drawCut(context, colour, { layers, punctured, deepest }, at, middle) {

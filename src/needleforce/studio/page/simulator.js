@@ -55,7 +55,7 @@ function takeModel(k, model, whole) {
 function begin(atOnce) {
   const { depth, speed } = state.motion;
   trace = new Trace(state.models.map(insertionOf), startDepth());
-  [lowest, byHand, hand, cursor] = [2 * startDepth(), false, null, null];
+  [lowest, byHand, hand, cursor] = [startDepth() - 2.4e-3, false, null, null];
   playing = stroke(startDepth(), depth, speed);
   at("depth").value = String(Number((1e3 * depth).toPrecision(4)));
   if (atOnce) finish();
