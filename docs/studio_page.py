@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sphinx: the simulator of the studio as files of the pages, which the first page shows. Where the core was not compiled
-for WebAssembly there is its picture alone: parts under ``only:: studio`` are left out."""
+"""Sphinx: the simulator of the studio as files of the pages, which the first page shows. Where the core was not
+compiled for WebAssembly there is its picture alone: parts under ``only:: studio`` are left out."""
 
 from pathlib import Path
 
