@@ -330,6 +330,40 @@ def test_the_picture_of_the_readme_is_drawn(browser, address, root, tmp_path):
         assert (root / "docs" / "figures" / path.name).stat().st_size < MAX_PICTURE_BYTES
 
 
+def test_a_telephone_drags_the_needle_and_keeps_the_curve_in_sight(browser, address):
+    """By touch, without scrolling the page; and where a reader wants no motion, an insertion is there at once."""
+    telephone = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+    context = browser.new_context(**telephone, reduced_motion="reduce")
+    page = context.new_page()
+    page.goto(address)
+    shows(page, "#events", "puncture at 3.2")
+    touch = context.new_cdp_session(page)
+    box = page.locator("#section").bounding_box()
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 40
+    for kind, moved in (("touchStart", 0), *(("touchMove", 10 * step) for step in range(1, 20)), ("touchEnd", None)):
+        points = [] if moved is None else [{"x": x, "y": y + moved}]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    shows(page, "#events", "contact at 0.00 mm")
+    assert "exit" not in page.inner_text("#events") and page.evaluate("scrollY") == 0
+    page.click("#fast")
+    shows(page, "#events", "exit at 0.00 mm")
+    assert page.is_disabled("#skip")
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    page.locator("#layer0-cutting-unloading-slider").scroll_into_view_if_needed()
+    assert 0 <= page.locator("#over-depth").bounding_box()["y"] < 300
+    context.close()
+
+
 def test_a_browser_without_webassembly_is_told_so(opened):
     page = opened(more="delete window.WebAssembly")
     assert "this browser has no WebAssembly" in page.inner_text("#trouble") and not page.is_visible("#simulator")
+
+
+@pytest.mark.parametrize("lost", ["tables.json", "core/needleforce.wasm"])
+def test_a_page_without_all_its_files_says_which_is_missing(browser, address, lost):
+    page = browser.new_page()
+    page.route(f"**/{lost}", lambda route: route.fulfill(status=404, body="not here"))
+    page.goto(address)
+    shows(page, "#trouble", f"{lost} is not there")
+    assert not page.is_visible("#loading") and not page.is_visible("#simulator")
+    page.close()

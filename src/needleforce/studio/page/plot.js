@@ -88,26 +88,31 @@ function drawBands(context, colour, bands, at) {
 
 /** A curve with at most four points for each column of pixels: first, lowest, highest, last. */
 function drawCurve(context, { x, y, length, scaleX = 1, scaleY = 1, colour, width, dash }, at) {
+  const [left, bottom] = [at.x(0), at.y(0)];
+  const [perX, perY] = [scaleX * (at.x(1) - left), scaleY * (at.y(1) - bottom)];
   const points = [];
   let column = NaN;
-  let [first, low, high, last] = [0, 0, 0, 0];
+  let [first, low, high, last] = [0, 0, 0, -1];
   const put = () => {
-    for (const [index, i] of [...new Set([first, low, high, last])].sort((a, b) => a - b).entries())
-      if (index || i !== points.at(-1)?.i) points.push({ i, at: [at.x(scaleX * x[i]), at.y(scaleY * y[i])] });
+    for (const i of [first, ...(low < high ? [low, high] : [high, low]), last]) {
+      const point = [left + perX * x[i], bottom + perY * y[i]];
+      const before = points.at(-1);
+      if (!before || before[0] !== point[0] || before[1] !== point[1]) points.push(point);
+    }
   };
   for (let i = 0; i < length; ++i) {
-    const here = Math.round(at.x(scaleX * x[i]));
+    const here = Math.round(left + perX * x[i]);
     if (here !== column) {
       if (i) put();
       [column, first, low, high] = [here, i, i, i];
     }
     if (y[i] < y[low]) low = i;
-    if (y[i] > y[high]) high = i;
+    else if (y[i] > y[high]) high = i;
     last = i;
   }
   if (!length) return;
   put();
-  line(context, points.map((point) => point.at), colour, width, dash);
+  line(context, points, colour, width, dash);
 }
 
 /** A point and, where there is room on either side, its text. */

@@ -140,12 +140,14 @@ const number = (value, places) => value.toFixed(places).replace(/^-(?=[0.]*$)/, 
 function showValues() {
   const now = lookedAt();
   at("where").textContent = `depth ${number(1e3 * trace.depth[now], 2)} mm, time ${number(trace.time[now], 2)} s`;
-  for (const row of at("values").tBodies[0].rows)
-    trace.runs.forEach((run, k) => { row.cells[k + 1].textContent = run ? valueOf(run, row.dataset.row, now) : ""; });
-  at("values").querySelector(".b").textContent = trace.runs[1] ? "B" : "";
+  for (const { cells, dataset } of at("values").rows)
+    trace.runs.forEach((run, k) => {
+      cells[k + 1].hidden = !run;
+      if (run && dataset.row) cells[k + 1].textContent = valueOf(run, dataset.row, now);
+    });
   const section = at("section");
-  section.setAttribute("aria-valuemin", number(1e3 * lowest, 1));
-  section.setAttribute("aria-valuemax", number(1e3 * deepest(), 1));
+  section.setAttribute("aria-valuemin", (1e3 * lowest).toFixed(1));
+  section.setAttribute("aria-valuemax", (1e3 * deepest()).toFixed(1));
   section.setAttribute("aria-valuenow", (1e3 * trace.depth[now]).toFixed(2));
   section.setAttribute("aria-valuetext", `${number(1e3 * trace.depth[now], 2)} mm`);
 }

@@ -25,11 +25,17 @@ function startViews() {
   for (const view of Object.keys(VIEWS)) at(`to-${view}`).addEventListener("click", () => open(view));
 }
 
+async function given(name) {
+  const answer = await fetch(name).catch(() => ({ ok: false, status: "no answer" }));
+  if (!answer.ok) throw new Error(`${name} is not there (${answer.status})`);
+  return answer;
+}
+
 async function start() {
   if (typeof WebAssembly !== "object") throw new Error("this browser has no WebAssembly, in which the core is compiled");
-  const [answer, core] = await Promise.all([fetch("tables.json"), load()]);
+  const [answer, compiled] = await Promise.all(["tables.json", "core/needleforce.wasm"].map(given));
+  const [tables, core] = [await answer.json(), await load(await compiled.arrayBuffer())];
   at("version").textContent = `version ${core.version}`;
-  const tables = await answer.json();
   at("loading").hidden = true;
   at("simulator").hidden = false;
   startViews();
