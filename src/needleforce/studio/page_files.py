@@ -33,18 +33,6 @@ TYPES = {
     ".wasm": "application/wasm",
     ".svg": "image/svg+xml",
 }
-_R, _ANGLE = 0.35e-3, math.radians(15.0)  # the needle of most presets
-TIPS: dict[str, dict] = {  # where the controls of a tip begin, if no preset has it
-    "cone": {"half_angle": _ANGLE},
-    "paraboloid": {"radius": 0.05e-3},
-    "sphere": {"radius": _R},
-    "flat": {"radius": _R},
-    "power_profile": {"exponent": 1.5, "reference_radius": _R, "reference_height": 1e-3},
-    "truncated_cone": {"half_angle": _ANGLE, "flat_radius": 0.1e-3},
-    "tangent_ogive": {"radius": _R, "length": 1.3e-3},
-    "lancet_bevel": {"half_angle": _ANGLE},
-    "profile": {"radii": [0.0, 1e-4, 2e-4, 3.5e-4], "heights": [0.0, 1e-4, 4e-4, 1e-3]},
-}
 MIN_STROKE, MAX_STROKE = 12e-3, 60e-3  # [m] depth to which the page inserts a needle by itself
 
 
@@ -148,6 +136,21 @@ def _seen(models: Any, values: Callable[[Layer], list[Any]]) -> dict[str, dict]:
 
 def _laws(layer: Layer) -> list[Any]:
     return list(layer.parts)
+
+
+# where the controls of a tip begin, if no preset has it; the radius is that of most presets
+_R, _ANGLE = 0.35e-3, math.radians(15.0)
+TIPS: dict[str, dict] = {
+    "cone": {"half_angle": _ANGLE},
+    "paraboloid": {"radius": 0.05e-3},
+    "sphere": {"radius": _R},
+    "flat": {"radius": _R},
+    "power_profile": {"exponent": 1.5, "reference_radius": _R, "reference_height": 1e-3},
+    "truncated_cone": {"half_angle": _ANGLE, "flat_radius": 0.1e-3},
+    "tangent_ogive": {"radius": _R, "length": 1.3e-3},
+    "lancet_bevel": {"half_angle": _ANGLE},
+    "profile": {"radii": [0.0, 1e-4, 2e-4, 3.5e-4], "heights": [0.0, 1e-4, 4e-4, 1e-3]},
+}
 
 
 def _tips(layer: Layer) -> list[Any]:
