@@ -33,6 +33,7 @@ const shown = () => ({ trace, models: state.models, presets: tables.presets, cho
 
 /** The model in the page, if the core takes it; else the reason, and what was stays. */
 function takeModel(k, model, whole) {
+  trouble("");
   try {
     const insertion = insertionOf(model);
     const fresh = model && whole && model.preset !== state.models[k]?.preset;
