@@ -8,7 +8,7 @@ import { FONT, ticks } from "./drawing.js";
 const MARGIN = { left: 62, right: 14, top: 12, bottom: 42 };
 const BAND = 18;
 
-/** From values to pixels of a drawing of this size, and back along x. */
+/** From values to pixels of a drawing of this size, and back. */
 export function mapping({ width, height }, { x, y, bands }) {
   const [left, right, top] = [MARGIN.left, width - MARGIN.right, MARGIN.top + (bands ? BAND : 0)];
   const bottom = height - MARGIN.bottom;
@@ -17,6 +17,7 @@ export function mapping({ width, height }, { x, y, bands }) {
     x: (value) => left + ((value - x.low) / (x.high - x.low)) * (right - left),
     y: (value) => bottom - ((value - y.low) / (y.high - y.low)) * (bottom - top),
     valueAt: (pixel) => x.low + ((pixel - left) / (right - left)) * (x.high - x.low),
+    valueUp: (pixel) => y.low + ((bottom - pixel) / (bottom - top)) * (y.high - y.low),
   };
 }
 
