@@ -45,6 +45,7 @@ TIPS: dict[str, dict] = {  # where the controls of a tip begin, if no preset has
     "lancet_bevel": {"half_angle": _ANGLE},
     "profile": {"radii": [0.0, 1e-4, 2e-4, 3.5e-4], "heights": [0.0, 1e-4, 4e-4, 1e-3]},
 }
+MAX_LAYERS = 8  # as model.js
 MIN_STROKE, MAX_STROKE = 12e-3, 60e-3  # [m] depth to which the page inserts a needle by itself
 
 
@@ -108,7 +109,7 @@ def tables() -> dict[str, Any]:
         "laws": {family: _classes(laws_of(family), _seen(models.values(), _laws)) for family in FAMILIES},
         "tips": _classes(tips(), TIPS | _seen(models.values(), _tips)),
         "equivalences": EQUIVALENCES,
-        "presets": {name: _preset(model) for name, model in models.items()},
+        "presets": {name: shown_model(model) for name, model in models.items()},
     }
 
 
@@ -154,7 +155,8 @@ def _tips(layer: Layer) -> list[Any]:
     return [law.tip for law in layer.parts if "tip" in law.parts]
 
 
-def _preset(model: Model) -> dict:
+def shown_model(model: Model) -> dict:
+    """A model as the page has its presets."""
     needle = model.needle
     deepest = max(layer.top + layer.laws.puncture_depth for layer in model.layers)
     stroke = deepest * 2.0 if deepest < MAX_STROKE else 20e-3
@@ -172,6 +174,16 @@ def _preset(model: Model) -> dict:
 
 def _half_angle(tip: Any) -> float | None:
     return equivalent_half_angle(tip) if hasattr(tip, "equivalent_cone") else None
+
+
+def without_form(model: Model) -> str:
+    """Why the page has no form for a model; empty if it has one."""
+    for layer in model.layers:
+        for family in FAMILIES:
+            law = getattr(layer, family)
+            if law.name not in {kind.name for kind in laws_of(family)}:
+                return f"The page has no form for the {family} by {law.name}."
+    return "" if len(model.layers) <= MAX_LAYERS else f"The page has a form for {MAX_LAYERS} layers, not more."
 
 
 def _named(value: Any) -> dict:

@@ -58,7 +58,7 @@ def make_app(files: dict[str, bytes], port: int) -> "Starlette":
         from starlette.routing import Route
     except ImportError:
         raise _not_installed("starlette") from None
-    from .recording_jobs import recording_routes
+    from .recording_routes import recording_routes
 
     async def give(request: Any) -> Any:
         name = request.path_params["name"] or "index.html"

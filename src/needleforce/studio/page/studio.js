@@ -3,7 +3,7 @@
 
 import { drawAll, startAnalyse } from "./analyse.js";
 import { load } from "./core/needleforce.mjs";
-import { redraw, startSimulator, trouble } from "./simulator.js";
+import { redraw, startSimulator, takeIdentified, trouble } from "./simulator.js";
 
 // what draws each view when it is opened
 const VIEWS = { simulator: redraw, analyse: drawAll };
@@ -20,7 +20,10 @@ function open(wanted) {
 /** The studio's own server has more than the simulator, and marks the page so. */
 function startViews() {
   if (!("server" in document.documentElement.dataset)) return;
-  startAnalyse();
+  startAnalyse((k, preset) => {
+    takeIdentified(k, preset);
+    open("simulator");
+  });
   at("views").hidden = false;
   for (const view of Object.keys(VIEWS)) at(`to-${view}`).addEventListener("click", () => open(view));
 }
