@@ -107,7 +107,7 @@ class Run:
             self._force = forces[-1]
             self._peak = max(self._peak, *forces, key=abs)
         new = self._run_writer.force(samples)
-        self._write_states(states, now)
+        timed = self._write_states(states, now)
         self._add_to_turn([each for each in zip(samples, forces) if each[0].fresh], states)
         for name in self._monitor.frozen_axes[len(self._frozen) :]:
             self._frozen.append(name)
@@ -116,16 +116,17 @@ class Run:
             self._flushed = now
             self._run_writer.flush()
         self._show(now)
-        self._feed_on(now, new, states)
+        self._feed_on(now, new, timed)
 
-    def _write_states(self, states: list[tuple[AxisState, int]], now: float) -> None:
-        self._run_writer.axis(states)
+    def _write_states(self, states: list[tuple[AxisState, int]], now: float) -> list[tuple[AxisState, int]]:
+        timed = self._run_writer.axis(states)
         if states:
             self._state = states[-1][0]
         if self._motion:
             self._motion.add_states(states, now)
         if self._monitor.axis_error and not states:
             raise RunEnded(EndReason.AXIS_LOST, str(self._monitor.axis_error))
+        return timed
 
     def _add_to_turn(self, readings: list, states: list[tuple[AxisState, int]]) -> None:
         """Keep force and depth of the first withdrawal for a while."""
@@ -259,12 +260,12 @@ class Run:
             if not (self._ending or isinstance(error, OSError)):
                 raise
 
-    def _feed_on(self, now: float, new: list[ForceSample], states: list[tuple[AxisState, int]]) -> None:
+    def _feed_on(self, now: float, new: list[tuple[ForceSample, int]], states: list[tuple[AxisState, int]]) -> None:
         """Feed what was written; whoever watches cannot end the run."""
         marks = list(self._marks)
         self._marks.clear()
         if self._feed is not None:
-            forces = [self._monitor.axial(sample) for sample in new]
+            forces = [self._monitor.axial(sample) for sample, _ in new]
             with contextlib.suppress(Exception):
                 self._feed(Received(new, forces, states, marks, self._progress(now)))
 

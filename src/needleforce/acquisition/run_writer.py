@@ -80,10 +80,11 @@ class RunWriter:
         """Time [s] for which this computer's receive buffer holds unread readings."""
         return getattr(self._source, "buffer", math.inf)
 
-    def force(self, samples: list[ForceSample]) -> list[ForceSample]:
-        """Write the readings except duplicated ones, and mark faults and losses; returns those that it wrote. All are
-        counted before any is written, because a disk that is full loses no packet."""
-        before = self.check.received
+    def force(self, samples: list[ForceSample]) -> list[tuple[ForceSample, int]]:
+        """Write the readings except duplicated ones, and mark faults and losses; returns those that it wrote, each with
+        its time [ns] on this computer's clock. All are counted before any is written, because a disk that is full loses
+        no packet."""
+        before, written = self.check.received, []
         new = [each for each in samples if self.check.add(each.sequence, each.arrival) is not Kind.DUPLICATED]
         for count, sample in enumerate(new, before + 1):
             self._arrival = max(self._arrival, sample.arrival)
@@ -91,15 +92,17 @@ class RunWriter:
             stamp = self._clock.host(sample.device, sample.arrival)
             record = sample.sequence, sample.arrival, sample.device, stamp, sample.wrench
             self._write("wrench", *record)
+            written.append((sample, stamp))
             if not count % self._pair_interval:
                 self.pairs.append((sample.device, sample.arrival))
         if len(self.pairs) > _MAX_PAIRS:
             self.pairs, self._pair_interval = self.pairs[::2], 2 * self._pair_interval
         self._mark_seconds()
-        return new
+        return written
 
-    def axis(self, states: list[tuple[AxisState, int]]) -> None:
-        """Write states, and mark the axis' condition where it changes."""
+    def axis(self, states: list[tuple[AxisState, int]]) -> list[tuple[AxisState, int]]:
+        """Write states, and mark the axis' condition where it changes; returns them with times, as ``force``."""
+        written = []
         for state, arrival in states:
             self._arrival = max(self._arrival, arrival)
             if state.condition != self._condition:
@@ -109,6 +112,8 @@ class RunWriter:
             stamp = self._axis_clock.host(device, arrival)
             record = state.number, arrival, device, stamp, state.depth, state.velocity
             self._write("state", *record)
+            written.append((state, stamp))
+        return written
 
     def bias(self, bias: RestBias) -> None:
         """Mark the bias."""

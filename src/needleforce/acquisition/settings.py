@@ -189,10 +189,10 @@ class Progress(NamedTuple):
 
 
 class Received(NamedTuple):
-    """What a run wrote since the last call: new readings and the axial force [N] of each, states of the axis with their
-    arrivals [ns], and marks with arrival [ns], kind and facts."""
+    """What a run wrote since the last call: readings with the times in the file [ns] and the axial force [N] of each,
+    states of the axis with their times [ns], and marks with time [ns], kind and facts."""
 
-    samples: list[ForceSample]
+    samples: list[tuple[ForceSample, int]]
     forces: list[float]
     states: list[tuple[AxisState, int]]
     marks: list[tuple[int, str, dict[str, Any]]]

@@ -33,18 +33,12 @@ GAP_HELP = "Time without a usable reading after which a moving axis is stopped."
 SAME_SITE_HELP = "If no spare site is left, insert into the hole of an aborted run."
 
 
-class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
-    """The flags of ``record``."""
+class SourceFlags(msgspec.Struct, frozen=True, kw_only=True):
+    """The flags that name a sensor and an axis, and what stops the axis."""
 
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="MCAP file to write; it must not exist.")] = None
     sensor: Annotated[str | None, typer.Option(help=SENSOR_HELP)] = None
     sensor_page: Annotated[str, typer.Option(help=PAGE_HELP)] = ""
     axis: Annotated[str | None, typer.Option(help="HOST or HOST:PORT of a motion axis.")] = None
-    depth_mm: Annotated[float | None, typer.Option(help="Maximum depth of the insertion.")] = None
-    speed_mm_s: Annotated[float | None, typer.Option(help="Speed of insertion and withdrawal.")] = None
-    hold_s: Annotated[float, typer.Option(help="Hold at the maximum depth.")] = 0.0
-    start_mm: Annotated[float, typer.Option(help="Depth of the tip at the start and at the end.")] = -5.0
-    duration_s: Annotated[float | None, typer.Option(help="Duration without motion; default: until Ctrl-C.")] = None
     force_limit_n: Annotated[float | None, typer.Option("--force-limit-N", help=LIMIT_HELP)] = None
     steady_n: Annotated[float, typer.Option("--steady-N", help="Largest change of the force during the bias.")] = 0.05
     max_force_gap_s: Annotated[float, typer.Option(help=GAP_HELP)] = 0.25
@@ -52,6 +46,19 @@ class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
     bias_s: Annotated[float, typer.Option(help="Time at rest to measure the bias; 0 for none.")] = 0.5
     axial: Annotated[str, typer.Option(help="Axis of the sensor along the needle: fz, -fz, fx, …")] = "fz"
     filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter.")] = 1
+    needle: Annotated[str, typer.Option(help="Description of the needle, for the card.")] = ""
+    tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = ""
+
+
+class RecordFlags(SourceFlags, frozen=True, kw_only=True):
+    """The flags of ``record``."""
+
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="MCAP file to write; it must not exist.")] = None
+    depth_mm: Annotated[float | None, typer.Option(help="Maximum depth of the insertion.")] = None
+    speed_mm_s: Annotated[float | None, typer.Option(help="Speed of insertion and withdrawal.")] = None
+    hold_s: Annotated[float, typer.Option(help="Hold at the maximum depth.")] = 0.0
+    start_mm: Annotated[float, typer.Option(help="Depth of the tip at the start and at the end.")] = -5.0
+    duration_s: Annotated[float | None, typer.Option(help="Duration without motion; default: until Ctrl-C.")] = None
     source: Annotated[str | None, typer.Option("--from", help="Source other than a sensor: - for standard input.")] = (
         None
     )
@@ -59,8 +66,6 @@ class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
     protocol: Annotated[str | None, typer.Option(help="Protocol of several runs: paper, or a file.")] = None
     folder: Annotated[Path | None, typer.Option(help="Folder for the recordings of a protocol.")] = None
     same_site: Annotated[bool, typer.Option("--same-site", help=SAME_SITE_HELP)] = False
-    needle: Annotated[str, typer.Option(help="Description of the needle, for the card.")] = ""
-    tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = ""
     part_s: Annotated[float, typer.Option(help="Time after which the recording continues in the next file.")] = math.inf
     part_readings: Annotated[int, typer.Option(help="Readings after which it does.")] = MAX_PART_SAMPLES
     plain: Annotated[bool, typer.Option("--plain", help="Print one line per second instead of a panel.")] = False

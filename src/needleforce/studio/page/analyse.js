@@ -65,6 +65,15 @@ async function take(files) {
   }
 }
 
+/** Shows a recording that the server already has, such as one of the live view. */
+export async function openRecording(key, name) {
+  if (job) await ask(job.key, { method: "DELETE" }).catch(() => {});
+  job = { key, name };
+  [result, cursor] = [null, null];
+  at("found").hidden = true;
+  await follow(job, "").catch(() => report("The server does not answer: it was stopped. Start needleforce studio again.", false, true));
+}
+
 /** Asks how far it is until it has ended, or another recording takes its place. */
 async function follow(mine, more) {
   while (job === mine) {

@@ -3,10 +3,11 @@
 
 import { drawAll, startAnalyse } from "./analyse.js";
 import { load } from "./core/needleforce.mjs";
+import { drawLive, startLive } from "./live.js";
 import { redraw, startSimulator, trouble } from "./simulator.js";
 
 // what draws each view when it is opened
-const VIEWS = { simulator: redraw, analyse: drawAll };
+const VIEWS = { simulator: redraw, analyse: drawAll, live: drawLive };
 const at = (id) => document.getElementById(id);
 
 function open(wanted) {
@@ -21,6 +22,7 @@ function open(wanted) {
 function startViews() {
   if (!("server" in document.documentElement.dataset)) return;
   startAnalyse();
+  startLive(open);
   at("views").hidden = false;
   for (const view of Object.keys(VIEWS)) at(`to-${view}`).addEventListener("click", () => open(view));
 }
