@@ -16,7 +16,7 @@ import uvicorn
 from studio_server import running
 
 import needleforce as nf
-from needleforce.studio import page_files, recording_jobs, server
+from needleforce.studio import access, page_files, recording_jobs, server
 from needleforce.studio.reading_choices import FileChoices, FitChoices
 
 SLOW = (sys.executable, "-c", "import time; time.sleep(60)")
@@ -29,7 +29,7 @@ FILES = {
 @pytest.fixture
 def port():
     listening = server.listening_socket(0)
-    app = server.make_app(FILES, listening.getsockname()[1])
+    app = server.make_app(FILES, access.Access(access.LOOPBACK, listening.getsockname()[1]))
     made = uvicorn.Server(uvicorn.Config(app, http="h11", ws="none", log_level="warning"))
     with running(made, listening) as number:
         yield number

@@ -3,10 +3,11 @@
 
 import { drawAll, startAnalyse } from "./analyse.js";
 import { load } from "./core/needleforce.mjs";
+import { drawLive, startLive } from "./live.js";
 import { redraw, startSimulator, takeIdentified, trouble } from "./simulator.js";
 
 // what draws each view when it is opened
-const VIEWS = { simulator: redraw, analyse: drawAll };
+const VIEWS = { simulator: redraw, analyse: drawAll, live: drawLive };
 const at = (id) => document.getElementById(id);
 
 function open(wanted) {
@@ -24,6 +25,7 @@ function startViews() {
     takeIdentified(k, preset);
     open("simulator");
   });
+  startLive(open);
   at("views").hidden = false;
   for (const view of Object.keys(VIEWS)) at(`to-${view}`).addEventListener("click", () => open(view));
 }
