@@ -58,6 +58,7 @@ def make_app(files: dict[str, bytes], port: int) -> "Starlette":
         from starlette.routing import Route
     except ImportError:
         raise _not_installed("starlette") from None
+    from .planning import steering_routes
     from .recording_jobs import recording_routes
 
     async def give(request: Any) -> Any:
@@ -70,7 +71,7 @@ def make_app(files: dict[str, bytes], port: int) -> "Starlette":
     files = files | {"index.html": files["index.html"].replace(b'<html lang="en"', b'<html lang="en" data-server')}
     own_page = Middleware(_OwnPageOnly, port=port, headers=HEADERS | {"content-security-policy": _policy(files)})
     routes, lifespan = recording_routes()
-    return Starlette(routes=[*routes, Route("/{name:path}", give)], middleware=[own_page], lifespan=lifespan)
+    return Starlette(routes=[*routes, *steering_routes(), Route("/{name:path}", give)], middleware=[own_page], lifespan=lifespan)
 
 
 def _policy(files: dict[str, bytes]) -> str:

@@ -4,9 +4,10 @@
 import { drawAll, startAnalyse } from "./analyse.js";
 import { load } from "./core/needleforce.mjs";
 import { redraw, startSimulator, trouble } from "./simulator.js";
+import { openSteering, startSteering } from "./steering.js";
 
 // what draws each view when it is opened
-const VIEWS = { simulator: redraw, analyse: drawAll };
+const VIEWS = { simulator: redraw, steering: openSteering, analyse: drawAll };
 const at = (id) => document.getElementById(id);
 
 function open(wanted) {
@@ -17,10 +18,11 @@ function open(wanted) {
   VIEWS[wanted]();
 }
 
-/** The studio's own server has more than the simulator, and marks the page so. */
+/** The studio's own server has more than simulator and steering, and marks the page so. */
 function startViews() {
-  if (!("server" in document.documentElement.dataset)) return;
-  startAnalyse();
+  const server = "server" in document.documentElement.dataset;
+  if (server) startAnalyse();
+  at("to-analyse").hidden = !server;
   at("views").hidden = false;
   for (const view of Object.keys(VIEWS)) at(`to-${view}`).addEventListener("click", () => open(view));
 }
@@ -32,6 +34,7 @@ async function start() {
   const tables = await answer.json();
   at("loading").hidden = true;
   at("simulator").hidden = false;
+  startSteering(tables, core);
   startViews();
   startSimulator(tables, core.Insertion);
 }
