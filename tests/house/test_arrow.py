@@ -40,7 +40,7 @@ ALLOWED = {
     "studies": MODELS | {"recording", "identification", "rig", "control", "fe", "running", "state_folder"},
     "references": set(),
     "export": MODELS,
-    "studio": MODELS | {"recording", "segmentation", "identification"},
+    "studio": MODELS | {"recording", "segmentation", "identification", "rig", "steering", "fe"},
 }
 # the step back: identify() reads the bench tests it is given
 EXCEPTIONS = {("identification", "bench_tests")}

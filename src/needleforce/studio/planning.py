@@ -7,9 +7,10 @@ evaluation, then the plan or what is wrong with the question.
 """
 
 import asyncio
+import itertools
 import json
 import sys
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from contextlib import suppress
 from typing import Any
 
@@ -51,7 +52,7 @@ def answer(text: bytes) -> dict[str, Any]:
             question.target,
             obstacles=[Sphere((x, y, z), radius) for x, y, z, radius in question.obstacles],
             limits=SteeringLimits(rolls=question.rolls),
-            progress=_show,
+            progress=_progress(),
         )
     except InputError as error:
         return {"error": str(error)}
@@ -90,9 +91,15 @@ def _insertion(name: str) -> Any:
     return presets[name].insertion()
 
 
-def _show(count: int, cost: float) -> None:
-    if count % EVERY == 1:
-        print(json.dumps(json_safe({"count": count, "cost": cost})), flush=True)
+def _progress() -> Callable[[int, float], None]:
+    """Prints a line for some of the evaluations, counted over all starts of the search."""
+    numbers = itertools.count(1)
+
+    def show(_: int, cost: float) -> None:
+        if (count := next(numbers)) % EVERY == 1:
+            print(json.dumps(json_safe({"count": count, "cost": cost})), flush=True)
+
+    return show
 
 
 async def lines_of(question: bytes, turn: asyncio.Semaphore) -> AsyncIterator[bytes]:

@@ -71,7 +71,8 @@ def make_app(files: dict[str, bytes], port: int) -> "Starlette":
     files = files | {"index.html": files["index.html"].replace(b'<html lang="en"', b'<html lang="en" data-server')}
     own_page = Middleware(_OwnPageOnly, port=port, headers=HEADERS | {"content-security-policy": _policy(files)})
     routes, lifespan = recording_routes()
-    return Starlette(routes=[*routes, *steering_routes(), Route("/{name:path}", give)], middleware=[own_page], lifespan=lifespan)
+    routes = [*routes, *steering_routes(), Route("/{name:path}", give)]
+    return Starlette(routes=routes, middleware=[own_page], lifespan=lifespan)
 
 
 def _policy(files: dict[str, bytes]) -> str:

@@ -81,7 +81,7 @@ def solid_example() -> SolidExample:
     places = np.linspace(0.0, 0.97 * _RADIUS, _ACROSS) ** 2 / (0.97 * _RADIUS), np.linspace(0.0, _DEPTH, _DOWN)
     return SolidExample(
         preset=SteeringPreset(
-            title="Polymer needle in a cup of gelatin, a solid",
+            title="Polymer in gelatin, a solid",
             summary="1.4 mm, E = 2 GPa, in gelatin of 12 kPa, condensed onto the needle's path and drawn as it moves.",
             axial="paper",
             needle=needle,

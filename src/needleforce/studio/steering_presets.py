@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Needles that the page steers: each a flexible insertion whose values the page, the planner and a test take from here."""
+"""Needles that the page steers: each a flexible insertion whose values the page and the planner take from here."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -86,7 +86,7 @@ def _bevel() -> SteeringPreset:
     half_angle = np.radians(20.0)
     layer = core.LateralLayer
     return SteeringPreset(
-        title="Polymer needle with a bevel, two layers",
+        title="Polymer with a bevel, two layers",
         summary="0.7 mm, E = 14.1 GPa, bevel of 20°, guided 20 mm above the surface; 20 kPa, below 25 mm 60 kPa.",
         axial="paper",
         needle=needle,
@@ -102,7 +102,7 @@ def _bevel() -> SteeringPreset:
 def _rig() -> SteeringPreset:
     phantom = SteeringPhantom(unevenness=0.0)
     return SteeringPreset(
-        title="Steel needle of the steering rig, gel with a skin",
+        title="Steel, gel of the steering rig",
         summary="1.27 mm, gel that yields sideways, as in needleforce steer simulate, but even.",
         axial="paper",
         needle=phantom.needle,
@@ -122,11 +122,12 @@ def _rig() -> SteeringPreset:
 
 def _hub() -> SteeringPreset:
     return SteeringPreset(
-        title="Nitinol needle held at its hub",
-        summary="0.9 mm, E = 60 GPa, 100 mm long, no guide: the hub moves and tilts; 15 kPa, force of 0.06 N on the tip.",
+        title="Nitinol, held at its hub",
+        summary="1 mm, E = 60 GPa, 100 mm long, no guide: the hub moves and tilts; 15 kPa, force of 0.05 N on the tip.",
         axial="paper",
-        needle=core.Needle(0.9e-3, 0.0, 100e-3, 60e9, 0.33),
-        lateral=(core.LateralLayer(modulus=15e3, tip_force=0.06),),
+        needle=core.Needle(1e-3, 0.0, 100e-3, 60e9, 0.33),
+        lateral=(core.LateralLayer(modulus=15e3, tip_force=0.05),),
         depth=60e-3,
-        target=(-2e-3, 3e-3, 55e-3),
+        target=(2e-3, 3e-3, 55e-3),
+        options={"bevel_length": 5e-3},
     )

@@ -25,7 +25,8 @@ const server = () => "server" in document.documentElement.dataset;
 
 let tables, core, name, preset, field; // the needle that is chosen; the solid it is in, or null
 let motion, target, obstacles, plan, kept; // kept: { path, score } of one's own motion while a plan is played
-let playsPlan = false, hurry = false, asking = null, waiting = false, before = 0, notice = "", chosen = 0;
+let playsPlan = false, hurry = false, asking = null, waiting = false, before = 0, chosen = 0;
+let notice = { text: "", wrong: false }; // what the reader last asked for led to; it stays until the needle moves
 
 // --- needle, target, plan ------------------------------------------------------------------------------------------
 
@@ -58,7 +59,8 @@ async function choose(next) {
     if (mine === chosen) at("steer-needle").value = name;
     return refuse(error.message);
   }
-  [target, obstacles, plan, kept, notice] = [[...preset.target], preset.obstacles.map((one) => [...one]), null, null, ""];
+  [target, obstacles, plan, kept] = [[...preset.target], preset.obstacles.map((one) => [...one]), null, null];
+  note("");
   at("steer-about").textContent = preset.summary;
   at("steer-to").value = String(Number((1e3 * preset.depth).toPrecision(4)));
   refuse("");
@@ -74,6 +76,11 @@ async function solidFile() {
   return found;
 }
 
+function note(text, wrong = false) {
+  notice = { text, wrong };
+  redraw();
+}
+
 const refuse = (text) => { at("steer-refusal").textContent = text; };
 
 function spots() {
@@ -84,9 +91,9 @@ function spots() {
 /** Target and obstacles at other places, for which a plan does not hold. */
 function place(aim, around, inHand = false) {
   stopAsking();
-  [target, obstacles, plan, notice] = [aim, around, null, ""];
+  [target, obstacles, plan] = [aim, around, null];
   if (!inHand) spots();
-  redraw();
+  note("");
 }
 
 function stopAsking() {
@@ -96,14 +103,16 @@ function stopAsking() {
 
 async function makePlan() {
   const mine = (asking = new AbortController());
-  [plan, notice] = [null, "Planning …"];
-  redraw();
+  plan = null;
+  note("Planning …");
   const question = { preset: name, target, obstacles, rolls: at("steer-rolls").checked };
+  const state = (text, wrong) => asking === mine && note(text, wrong);
   try {
-    const found = await askPlan(question, mine.signal, (count) => { notice = `Planning: evaluation ${5 * count} …`; redraw(); });
-    if (asking === mine) [plan, notice] = [found, planWords(found)];
+    const found = await askPlan(question, mine.signal, (count) => state(`Planning: ${count} evaluations …`));
+    if (asking === mine) plan = found;
+    state(planWords(found), found.faults.length > 0);
   } catch (error) {
-    if (asking === mine || error.name !== "AbortError") notice = error.name === "AbortError" ? "Cancelled." : error.message;
+    state(error.message, true);
   }
   if (asking === mine) asking = null;
   redraw();
@@ -111,8 +120,7 @@ async function makePlan() {
 
 function cancelPlan() {
   stopAsking();
-  notice = "The planner was cancelled.";
-  redraw();
+  note("The planner was cancelled.");
 }
 
 function playPlan() {
@@ -137,9 +145,10 @@ function go(values, speed) {
     return [key, Math.min(most, Math.max(least, to))];
   });
   if (motion.queue.length) motion.stop();
-  [playsPlan, notice] = [false, plan ? notice : ""];
+  playsPlan = false;
   motion.go(Object.fromEntries(within), speed);
-  redraw();
+  if (!asking) note("");
+  else redraw();
 }
 
 const goBy = (key, change, speed) => go({ [key]: (motion.targets[key]?.to ?? motion.here[key]) + change }, speed);
@@ -175,9 +184,10 @@ function scene() {
   const score = scoreOf(motion, target, obstacles);
   const shape = motion.insertion.shape();
   return {
-    low: low(), high: high(), layers: preset.bending.lateral.map(({ top }) => top), guide: preset.bending.guide_distance ?? null,
+    low: low(), high: high(), from: start(), layers: preset.bending.lateral.map(({ top }) => top), guide: preset.bending.guide_distance ?? null,
     base: motion.here, roll: motion.here.roll, radius: preset.radius, shape, target, obstacles, score,
     path: motion.sample.tip[2] >= 0 ? [...motion.path, motion.sample.tip] : motion.path,
+    pushed: Boolean(preset.settings.bevel_face_share) || preset.bending.lateral.some((one) => one.tip_force),
     kept: kept?.path ?? null, planned: plan?.path ?? null, touched: score.least < 0 ? score.which : -1,
     motion, plan, solid: null,
   };
@@ -207,9 +217,9 @@ function draw() {
 
 function showWords(score) {
   const wrong = troubleOf(motion);
-  const text = wrong || notice || stateOf(motion, score);
+  const text = wrong || notice.text || stateOf(motion, score);
   if (at("steer-words").textContent !== text) at("steer-words").textContent = text;
-  at("steer-words").classList.toggle("wrong", Boolean(wrong) || Boolean(plan?.faults.length && notice));
+  at("steer-words").classList.toggle("wrong", Boolean(wrong) || notice.wrong);
   at("steer-own").cells[0].textContent = playsPlan ? "the plan, played" : "this motion";
   const cells = { own: scoreCells(score), kept: scoreCells(kept?.score), planned: plannedCells(plan) };
   for (const [row, texts] of Object.entries(cells))
@@ -234,16 +244,16 @@ function exportAs(what) {
   at("steer-export").open = false;
   if (what === "steps") save(`steered_${name}.csv`, motionText(motion, name, tables.version), "text/csv");
   if (what === "shape") save(`shape_${name}.csv`, shapeText(motion), "text/csv");
-  if (what === "plan") save(`plan_${name}.csv`, planText(plan), "text/csv");
+  if (what === "plan") save(`plan_${name}.csv`, plannedRows(plan), "text/csv");
 }
 
 /** The table that `needleforce steer simulate --motion` reads. */
-const planText = ({ moves }) => ["depth_mm,base_x_mm,base_y_mm,roll_deg", ...moves.map(([depth, x, y, roll]) =>
+const plannedRows = ({ moves }) => ["depth_mm,base_x_mm,base_y_mm,roll_deg", ...moves.map(([depth, x, y, roll]) =>
   [1e3 * depth, 1e3 * x, 1e3 * y, (180 / Math.PI) * roll].join(",")), ""].join("\n");
 
 function listen() {
   const acts = { "steer-slow": () => insert(2e-3), "steer-fast": () => insert(5e-3), "steer-plan": makePlan, "steer-play": playPlan,
-    "steer-skip": () => { hurry = true; redraw(); }, "steer-again": () => { [kept, notice] = [null, ""]; begin(); }, "steer-cancel": cancelPlan,
+    "steer-skip": () => { hurry = true; redraw(); }, "steer-again": () => { kept = null; note(""); begin(); }, "steer-cancel": cancelPlan,
     "steer-add": () => place(target, [...obstacles, [0, 0, 0.5 * target[2], 2e-3]]) };
   for (const [id, act] of Object.entries(acts)) at(id).addEventListener("click", act);
   at("steer-needle").addEventListener("change", ({ target: { value } }) => choose(value));
@@ -257,7 +267,7 @@ function listen() {
 /** Makes the view's controls; nothing is computed before it is opened. */
 export function startSteering(given, compiled) {
   [tables, core] = [given, compiled];
-  const choices = [...Object.entries(tables.steering).map(([key, { title }]) => [key, title]), [SOLID, "Polymer needle in a cup of gelatin, a solid"]];
+  const choices = [...Object.entries(tables.steering).map(([key, { title }]) => [key, title]), [SOLID, "Polymer in gelatin, a solid"]];
   at("steer-needle").replaceChildren(...choices.map(([value, title]) => element("option", { value }, title)));
   showBase(at("steer-base"), (key, value) => go({ [key]: value }), goBy, refuse);
   if (!server()) at("steer-plan").title = "Planning needs the studio's own server: run needleforce studio.";
@@ -267,6 +277,6 @@ export function startSteering(given, compiled) {
 /** Draws the view that was opened; the first time with its first needle. */
 export function openSteering() {
   if (!motion) choose(Object.keys(tables.steering)[0]);
-  if (!server()) notice ||= "Planning needs the studio's own server: run needleforce studio. All else works here.";
-  redraw();
+  if (server()) return redraw();
+  note("Planning needs the studio's own server: run needleforce studio. All else works here.");
 }

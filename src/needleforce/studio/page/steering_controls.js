@@ -32,7 +32,9 @@ function taken(input, name, unit, { low, high }, refuse) {
 export function showBase(place, onGo, onBy, refuse) {
   place.replaceChildren(...Object.entries(COORDINATES).map(([name, one]) => {
     const input = element("input", { type: "text", id: `steer-${name}`, inputMode: "decimal", autocomplete: "off" });
+    input.addEventListener("input", () => { input.dataset.written = ""; });
     input.addEventListener("change", () => {
+      delete input.dataset.written;
       const value = taken(input, one.label, one.unit, one, refuse);
       if (value !== null) onGo(name, value / one.factor);
     });
@@ -51,7 +53,7 @@ export function showBase(place, onGo, onBy, refuse) {
 export function refreshBase(base) {
   for (const [name, { factor }] of Object.entries(COORDINATES)) {
     const input = document.getElementById(`steer-${name}`);
-    if (input !== document.activeElement) input.value = shown(factor * base[name]);
+    if (!("written" in input.dataset) && input.getAttribute("aria-invalid") !== "true") input.value = shown(factor * base[name]);
   }
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One motion of a needle's base in steps of a millisecond, and what the core gives along it. A step that the core does not
-// accept ends the motion: the base is then where it was before.
+// One motion of a needle's base in steps of a millisecond, and what the core gives along it. Steps that the core does not
+// accept, several after each other, end the motion: the base is then where it was before them.
 
 export const STEP = 1e-3; // [s]
 export const MAX_STEPS = 240_000; // four minutes
@@ -8,6 +8,7 @@ export const BASE = ["depth", "x", "y", "tiltX", "tiltY", "roll"];
 export const RESULTS = ["tipX", "tipY", "tipZ", "force", "lateral", "fx", "fy", "fz", "mx", "my", "mz"];
 const COLUMNS = [...BASE, ...RESULTS];
 const SPEED = { depth: 0.02, x: 0.02, y: 0.02, tiltX: 0.2, tiltY: 0.2, roll: 3 }; // [m/s], [rad/s] where none is given
+const PATIENCE = 20; // refused steps after which the motion ends; a single one without an equilibrium is passed
 const NODE = 1e-4; // [m] of travel between two points of the path
 
 const longer = (column) => {
@@ -25,6 +26,8 @@ export class SteeredMotion {
     this.length = 0;
     this.here = Object.fromEntries(BASE.map((name) => [name, name === "depth" ? start : 0]));
     this.sample = null; // the last that was accepted
+    this.held = this.here; // the base of that
+    this.refusal = null; // { status, buckled } that ended the motion, until a step is accepted
     this.path = []; // where the tip went, each [x, y, z]
     this.reached = -Infinity; // the depth of the last point of the path
     this.targets = {}; // by coordinate: { to, speed }
@@ -40,11 +43,6 @@ export class SteeredMotion {
   /** Time of the last step [s]. */
   get time() {
     return STEP * (this.length - 1);
-  }
-  /** The step that was refused last, if nothing was accepted since. */
-  get refusal() {
-    const last = this.statuses.at(-1);
-    return last?.at === this.length - 1 ? last : null;
   }
   /** The base goes to values [m], [rad] at a speed [m/s], [rad/s]; the coordinates do not wait for each other. */
   go(values, speed) {
@@ -87,14 +85,18 @@ export class SteeredMotion {
     const numbers = [...tip, force, lateral, ...wrench];
     const accepted = sample.status === "ok" && numbers.every(Number.isFinite);
     this.#record([...BASE.map((name) => base[name]), ...(accepted ? numbers : numbers.map(() => NaN))]);
+    this.here = base;
     if (!accepted) return this.#refused(sample);
-    [this.here, this.sample] = [base, sample];
+    [this.held, this.sample, this.refusal] = [base, sample, null];
     if (tip[2] < 0 || depth < this.reached + NODE) return;
     this.reached = depth;
     this.path.push(tip);
   }
   #refused({ status, buckled }) {
     this.statuses.push({ at: this.length - 1, status: status === "ok" ? "not_finite" : status, buckled });
+    if (this.statuses.at(-PATIENCE)?.at !== this.length - PATIENCE) return;
+    this.refusal = this.statuses.at(-1);
+    this.here = this.held;
     this.stop();
   }
   #record(numbers) {

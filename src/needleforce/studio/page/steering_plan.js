@@ -19,13 +19,13 @@ async function* linesOf(body) {
 
 /** The plan; `onProgress` is given the number of evaluations. Throws an Error in words, or an AbortError. */
 export async function askPlan(question, signal, onProgress) {
-  let last = null, count = 0;
+  let last = null;
   try {
     const answer = await fetch("plans", { method: "POST", body: JSON.stringify(question), signal });
     if (!answer.ok) throw new TypeError(answer.statusText);
     for await (const text of linesOf(answer.body)) {
       last = JSON.parse(text);
-      if ("count" in last) onProgress((count += 1));
+      if ("count" in last) onProgress(last.count);
     }
   } catch (error) {
     if (error.name === "AbortError") throw error;

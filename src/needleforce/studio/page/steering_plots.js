@@ -15,7 +15,7 @@ export const QUANTITIES = {
     of: ({ columns, length }) => columns.force.subarray(0, length), planned: (plan) => plan.force,
   },
   "steer-lateral": {
-    label: "lateral force at the base [N]", factor: 1, least: 0.05,
+    label: "lateral force [N]", factor: 1, least: 0.05,
     of: ({ columns, length }) => sized(columns.fx, columns.fy, length),
     planned: (plan) => plan.wrench.map(([fx, fy]) => Math.hypot(fx, fy)),
   },
@@ -37,7 +37,7 @@ function range(label, least, lists, factor) {
 }
 
 /** The scene of plot.js of a quantity; `plan` or null. */
-export function steeringScene({ motion, plan, low, high }, quantity, colour) {
+export function steeringScene({ motion, plan, from, high }, quantity, colour) {
   const { label, factor, least, of, planned } = quantity;
   const own = of(motion);
   const curves = [{ x: motion.columns.depth, y: own, length: own.length, scaleX: 1e3, scaleY: factor, colour: colour.a, width: 2.2 }];
@@ -51,5 +51,5 @@ export function steeringScene({ motion, plan, low, high }, quantity, colour) {
   const last = own.length - 1;
   const here = Number.isFinite(own[last])
     ? [{ x: 1e3 * motion.columns.depth[last], y: factor * own[last], text: "", onLeft: false, colour: colour.a }] : [];
-  return { x: { label: "depth [mm]", low: 1e3 * low, high: 1e3 * high }, y: range(label, least, lists, factor), curves, marks: here, cursor: null };
+  return { x: { label: "depth [mm]", low: 1e3 * from, high: 1e3 * high }, y: range(label, least, lists, factor), curves, marks: here, cursor: null };
 }

@@ -23,7 +23,8 @@ export function viewScale({ width, height }, { low, high }, axis) {
 
 /**
  * `scene`: low, high [m]; layers: tops [m]; guide [m] or null; base; shape; radius [m]; path, kept, planned: points or
- * null; target; obstacles; touched: number of the obstacle that the path touches; roll; solid: what draws it, or null.
+ * null; target; obstacles; touched: number of the obstacle that the path touches; roll [rad]; pushed: whether the tip is pushed
+ * aside; solid: what draws it, or null.
  */
 export function drawView(context, size, colour, scene, axis) {
   const at = viewScale(size, scene, axis);
@@ -66,25 +67,28 @@ function line(context, points, at, style, width, dash = []) {
 }
 
 function drawNeedle(context, colour, { shape, radius }, at) {
+  if (shape.length < 2) return;
   const wide = Math.max(3, 2 * radius * at.pixels);
-  line(context, shape, at, colour.edge, wide);
-  line(context, shape, at, colour.needle, wide - 1.6);
+  const [first, second] = shape;
+  const above = first.map((value, i) => value - 10 * (second[i] - value)); // of a guided needle, above its guide
+  const whole = [above, ...shape];
+  line(context, whole, at, colour.edge, wide);
+  line(context, whole, at, colour.needle, wide - 1.6);
 }
 
 /** A guide that is held above the surface, or the hub at the needle's end. */
 function drawHolder(context, colour, { guide, shape, radius }, at) {
+  if (!shape.length) return;
   const half = Math.max(3, radius * at.pixels) + 1;
-  const place = shape[0];
-  const [x, y] = at.at(place ?? [0, 0, 0]);
+  const [x, y] = at.at(shape[0]);
   context.fillStyle = colour.edge;
-  if (!place) return;
   if (guide === null) return context.fillRect(x - half - 4, y - 12, 2 * half + 8, 12);
   for (const side of [-1, 1]) context.fillRect(side < 0 ? x - half - 12 : x + half, at.y(-guide) - 10, 12, 10);
 }
 
 /** Where the bevel pushes the tip, as far as it is seen from here. */
-function drawBevel(context, colour, { shape, roll }, at) {
-  if (!shape.length) return;
+function drawBevel(context, colour, { shape, roll, pushed }, at) {
+  if (!shape.length || !pushed) return;
   const [x, y] = at.at(shape.at(-1));
   const length = ARROW * (at.axis ? Math.sin(roll) : Math.cos(roll));
   context.fillStyle = colour.a;

@@ -55,7 +55,8 @@ export function stateOf(motion, score) {
   const { sample } = motion;
   const phase = sample.axial.phase === "free" ? "above the tissue" : sample.axial.phase;
   const touched = score.least < 0 ? `; its path touches obstacle ${score.which + 1}` : "";
-  return `${number(motion.time, 1)} s: ${phase}, the tip is ${number(1e3 * score.now, 1)} mm from the target${touched}`;
+  const refused = motion.statuses.length ? `; the core found no equilibrium in ${motion.statuses.length} of its steps` : "";
+  return `${number(motion.time, 1)} s: ${phase}, the tip is ${number(1e3 * score.now, 1)} mm from the target${touched}${refused}`;
 }
 
 /** What a plan reaches, and its faults. */
