@@ -41,7 +41,8 @@ ALLOWED = {
     "references": set(),
     "export": MODELS,
     "studio": MODELS
-    | {"recording", "segmentation", "identification", "campaign", "export", "wire", "acquisition", "rig"},
+    | {"recording", "segmentation", "identification", "campaign", "export", "wire", "acquisition", "rig"}
+    | {"steering", "fe"},
 }
 # the step back: identify() reads the bench tests it is given
 EXCEPTIONS = {("identification", "bench_tests")}

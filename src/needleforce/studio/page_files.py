@@ -19,6 +19,8 @@ from ..preset_files.build import needle_lines
 from ..preset_files.presets import preset, presets
 from ..preset_files.schema import EQUIVALENCES, si_key, tips
 from ..vocabulary import __version__
+from .solid_example import SOLID_FILE, solid_example
+from .steering_presets import steering_presets
 
 PAGE = Path(__file__).with_name("page")
 CORE = Path(__file__).with_name("core")
@@ -92,13 +94,21 @@ def write_static(folder: str | os.PathLike, core: Path = CORE) -> list[Path]:
         As ``page_files``, and if a file cannot be written.
     """
     written = []
-    for name, content in page_files(core).items():
+    for name, content in (page_files(core) | _solid()).items():
         path = Path(folder, name)
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_write(path) as file:
             file.buffer.write(content)
         written.append(path)
     return written
+
+
+def _solid() -> dict[str, bytes]:
+    """The solid of the steered needle; nothing without the extra ``fe``, which the page then states."""
+    try:
+        return {SOLID_FILE: solid_example().text()}
+    except InputError:
+        return {}
 
 
 def tables() -> dict[str, Any]:
@@ -110,6 +120,7 @@ def tables() -> dict[str, Any]:
         "tips": _classes(tips(), TIPS | _seen(models.values(), _tips)),
         "equivalences": EQUIVALENCES,
         "presets": {name: shown_model(model) for name, model in models.items()},
+        "steering": {name: each.entry() for name, each in steering_presets().items()},
     }
 
 

@@ -65,6 +65,7 @@ def make_app(files: dict[str, bytes], access: Access, live: "Setup | None" = Non
     except ImportError:
         raise _not_installed("starlette") from None
     from .live import Setup, live_routes
+    from .planning import steering_routes
     from .recording_routes import recording_routes
 
     async def give(request: Any) -> Any:
@@ -83,7 +84,7 @@ def make_app(files: dict[str, bytes], access: Access, live: "Setup | None" = Non
         async with recordings(app), watched(app):  # the rig is stopped first
             yield
 
-    all_routes = [*routes, *live_ones, Route("/{name:path}", give)]
+    all_routes = [*routes, *live_ones, *steering_routes(), Route("/{name:path}", give)]
     app = Starlette(routes=all_routes, middleware=[own_page], lifespan=lifespan)
     app.state.ending = lambda: False
     return app
