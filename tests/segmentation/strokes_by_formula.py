@@ -2,6 +2,7 @@
 """Recordings with and without a puncture by closed formulas, for false alarms and power of the detection."""
 
 import numpy as np
+
 from needleforce.recording.recording import Recording
 
 KINDS = ("white", "correlated", "hum", "quantised", "drift", "filtered")
