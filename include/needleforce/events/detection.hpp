@@ -20,11 +20,12 @@ inline constexpr std::array<const char*, 7> stream_status_names{"ok",  "learning
 /// An event found while it happens, in the zero of the stream's own depth and in the time since its start.
 struct Detection {
   EventKind kind = EventKind::none;
-  double time = 0.0;         ///< of the event [s]: of a puncture, of the peak before its fall
-  double depth = 0.0;        ///< there [m]
-  double size = 0.0;         ///< fall or rise of the force so far [N]; of a reversal, the way back [m]
-  double probability = 0.0;  ///< that it is real: 0.5 at most where the stream allows another cause
-  double delay = 0.0;        ///< from the event to this sample [s]
+  double time = 0.0;   ///< of the event [s]: of a puncture, of the peak before its fall
+  double depth = 0.0;  ///< there [m]
+  double size = 0.0;   ///< fall or rise of the force so far [N]; of a reversal, the way back [m]
+  double probability =
+      0.0;  ///< that it is real: 0.5 at most where the stream allows another cause, 0.9 by one reading
+  double delay = 0.0;  ///< from the event to this sample [s]
 };
 
 }  // namespace needleforce::events

@@ -23,7 +23,7 @@ namespace needleforce::events {
 class EventDetector {
  public:
   explicit EventDetector(const EventSettings& settings = {}) noexcept
-      : settings_(settings), course_(settings) {}
+      : settings_(settings), course_(settings), windows_(settings.within) {}
 
   /// One sample: force [N], depth [m], time since the one before [s]. Wait-free, allocates nothing.
   Detection step(double force, double depth, double dt) noexcept {
@@ -44,6 +44,7 @@ class EventDetector {
  private:
   enum class Where { unknown, outside, inside };
   static constexpr double largest_force = 1e6, largest_depth = 1e3, longest = 1e9;
+  static constexpr double leap = 5e-3, fastest = 1.0;  // no needle gets further [m] at such a speed [m/s]
   static constexpr double part = 0.75;      // of a fall that counts: half way to one of half its size
   static constexpr double finest = 0.0075;  // of `within`: readings that are closer are one
 
@@ -78,7 +79,9 @@ class EventDetector {
       interval_ += (interval_ > 0.0 ? 0.05 : 1.0) * (dt - interval_);
       noise_.see_step(std::abs(mean - last_force_));
     }
+    if (started_ && std::abs(depth - last_depth_) > leap + fastest * dt) begin_anew(depth);
     started_ = true;
+    last_depth_ = depth;
     take(mean, depth, dt);
   }
 
@@ -87,7 +90,7 @@ class EventDetector {
     if (model_.known() && !falling_)
       noise_.add(model_.innovation(force, depth, settings_.depth_noise), interval_);
     model_.add(force, depth, std::exp(-dt / settings_.within));
-    windows_.add(force, time_, depth, interval_, settings_.within);
+    windows_.add(force, time_, depth, interval_);
     last_force_ = force;
     if (course_.turned())
       found(EventKind::reversal, course_.turning(), std::abs(depth - course_.turning().depth), 1.0);
@@ -99,7 +102,7 @@ class EventDetector {
     threshold_ = noise_.threshold(settings_.false_alarms, interval_, settings_.within);
     if (where_ == Where::unknown) return begin(force);
     if (where_ == Where::outside) return look_for_contact(force, depth);
-    peak_ = std::max(peak_, force - zero_);
+    if (windows_.available(0)) peak_ = std::max(peak_, windows_.calm_now(0) - zero_);
     if (falling_)
       follow_fall(force, depth);
     else if (course_.cuts(depth))
@@ -138,8 +141,8 @@ class EventDetector {
       zero_count_ += 1.0;
     }
     if (!course_.inwards() || course_.resting()) return;
-    for (std::size_t k = 0; windows_.available(k, interval_, settings_.within); ++k) {
-      const double rise = windows_.now(k) - zero_, sd_of_rise = significant(k) / threshold_;
+    for (std::size_t k = 0; windows_.available(k); ++k) {
+      const double rise = windows_.calm_now(k) - zero_, sd_of_rise = significant(k) / threshold_;
       if (rise < std::max(settings_.contact_force, significant(k))) continue;
       const bool long_outside = quiet_.time - where_since_ > 3.0 * settings_.within;
       const double backed = normal((rise - 0.5 * settings_.contact_force) / sd_of_rise);
@@ -164,21 +167,25 @@ class EventDetector {
 
   void look_for_puncture(double force, double depth) noexcept {
     const double least = needed();
-    for (std::size_t k = 0; windows_.available(k, interval_, settings_.within); ++k) {
+    for (std::size_t k = 0; windows_.available(k); ++k) {
       const FallWindows::Top& top = windows_.top(k);
       const double fall = top.level - windows_.now(k), significant_fall = significant(k);
       if (!(fall >= std::max(least, significant_fall))) continue;
       const double backed = normal((fall - 0.5 / part * least) * threshold_ / significant_fall);
-      found(EventKind::puncture, {top.time, top.depth}, fall, sure(force) ? backed : 0.5 * backed);
+      const double most = !sure(force) ? 0.5 : k == 0 && !windows_.fast() ? 0.9 : 1.0;
+      found(EventKind::puncture, {top.time, top.depth}, fall, most * backed);
       falling_ = true;
+      fall_is_sure_ = most > 0.5;
       fell_at_ = time_;
       fell_from_ = top.level;
       return restart(force, depth);
     }
   }
-  /// A force that comes back from having been stuck, or leaves for exactly zero, may be the sensor's doing.
+  /// A force that comes back from having been stuck, or that leaves for zero or below, may be the sensor's
+  /// doing, and one that falls where the needle slows down may relax.
   bool sure(double force) const noexcept {
-    return zero_known_ && !was_stuck_ && std::abs(force) > 3.0 * std::max(free_noise_, noise_.quantum());
+    return zero_known_ && !was_stuck_ && course_.steady() &&
+           force - zero_ > 3.0 * std::max(free_noise_, noise_.quantum());
   }
   void restart(double force, double depth) noexcept {
     low_ = force;
@@ -192,8 +199,9 @@ class EventDetector {
     if (force < low_) restart(force, depth);
     if (time_ - fell_at_ < settings_.within && force < low_ + threshold_ * noise()) return;
     falling_ = false;
-    if (course_.inwards() && !course_.resting())
-      found(EventKind::sliding, low_at_, fell_from_ - low_, zero_known_ ? 1.0 : 0.5);
+    const bool stays = fell_from_ - force > 0.5 * (fell_from_ - low_);
+    if (stays && course_.inwards() && !course_.resting())
+      found(EventKind::sliding, low_at_, fell_from_ - low_, fall_is_sure_ ? 1.0 : 0.5);
   }
 
   /// Back at the depth of the contact, and no force for `within`.
@@ -239,6 +247,15 @@ class EventDetector {
     falling_ = false;
   }
 
+  /// Another needle, or another zero of the depth: what was known of the tissue is of no use.
+  void begin_anew(double depth) noexcept {
+    forget_the_moment();
+    course_ = NeedleCourse(settings_);
+    course_.begin({time_, depth});
+    enter(Where::unknown);
+    zero_ = zero_count_ = 0.0;
+  }
+
   void found(EventKind kind, NeedleCourse::Place at, double size, double probability) noexcept {
     if (waiting_ == queue_.size()) return;
     queue_[waiting_++] = {kind, at.time, at.depth, size, probability, 0.0};
@@ -257,14 +274,15 @@ class EventDetector {
   NeedleCourse course_;
   LocalForce model_{};
   RunningNoise noise_{};
-  FallWindows windows_{};
+  FallWindows windows_;
   std::array<Detection, 4> queue_{};
   std::size_t waiting_ = 0;
   StreamStatus status_ = StreamStatus::learning;
   Where where_ = Where::unknown;
   bool started_ = false, falling_ = false, was_stuck_ = false, zero_known_ = false;
+  bool fall_is_sure_ = false;
   double time_ = 0.0, since_ = 0.0, interval_ = 0.0, threshold_ = 0.0;
-  double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_reading_ = 0.0;
+  double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0, last_reading_ = 0.0;
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
   double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, low_ = 0.0;
   double fresh_at_ = 0.0, repeats_ = 0.0, stuck_until_ = -longest;

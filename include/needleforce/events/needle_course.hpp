@@ -30,6 +30,8 @@ class NeedleCourse {
     const double elapsed = time - oldest().time;
     if (elapsed < 0.9 * within_) return;
     speed_ = (depth - oldest().depth) / elapsed;
+    const Place& lately = places_[(count_ - 4) % places_.size()];
+    recent_ = (depth - lately.depth) / (time - lately.time);
     follow_rest();
     if (!resting_) usual_ += std::min(1.0, dt / (3.0 * within_)) * (speed_ - usual_);
   }
@@ -38,7 +40,7 @@ class NeedleCourse {
   void forget_speed() noexcept {
     count_ = std::min<std::size_t>(count_, 1);
     resting_ = true;
-    usual_ = speed_ = 0.0;
+    usual_ = speed_ = recent_ = 0.0;
   }
   /// Another insertion begins here: its tissue is new.
   void begin(Place place) noexcept { deepest_ = place; }
@@ -53,11 +55,13 @@ class NeedleCourse {
   const Place& since() const noexcept { return oldest(); }
   /// Whether it goes deeper than ever, as far as the depth is known.
   bool cuts(double depth) const noexcept { return inwards() && !resting_ && depth > deepest_.depth - turn_; }
-  /// Share of its speed that it has lost beyond 0.3, which is what readings of a steady motion do.
+  /// Share of its speed that it has lost, beyond a fifth, which readings of a steady motion may.
   double slowing() const noexcept {
     if (!(usual_ > rest_speed_)) return 0.0;
-    return std::clamp((0.7 - speed_ / usual_) / 0.7, 0.0, 1.0);
+    return std::clamp((0.8 - speed_ / usual_) / 0.8, 0.0, 1.0);
   }
+  /// Whether the newest readings of the depth go on as those before: not where it stops, or is read seldom.
+  bool steady() const noexcept { return recent_ > 0.7 * usual_; }
 
  private:
   const Place& newest() const noexcept { return places_[(count_ - 1) % places_.size()]; }
@@ -74,7 +78,8 @@ class NeedleCourse {
       turning_ = {time, depth};
     }
     const double onwards = direction_ * (depth - turning_.depth);
-    if (onwards > 0.0) turning_ = {time, depth};
+    if (onwards > 0.0) turning_.depth = depth;
+    if (onwards > -0.5 * turn_) turning_.time = time;  // a hold ends when the needle leaves, not when it came
     turned_ = direction_ != 0 && onwards < -turn_;
     if (!turned_) return;
     turning_before_ = turning_;
@@ -87,14 +92,14 @@ class NeedleCourse {
       resting_ = false;
       usual_ = speed_;
     }
-    stopped_ = resting_ = std::abs(speed_) < rest_speed_;
+    stopped_ = resting_ = std::abs(speed_) < rest_speed_ && std::abs(recent_) < rest_speed_;
   }
 
   double turn_, rest_speed_, within_;
   std::array<Place, 11> places_{};
   std::size_t count_ = 0;
   Place turning_{}, turning_before_{}, deepest_{};
-  double speed_ = 0.0, usual_ = 0.0;
+  double speed_ = 0.0, recent_ = 0.0, usual_ = 0.0;
   int direction_ = 0;
   bool turned_ = false, stopped_ = false, resting_ = true;
 };
