@@ -291,13 +291,18 @@ def test_the_page_is_light_and_the_same_on_any_web_server(browser, wasm, tmp_pat
     files = page_files(wasm)
     assert sum(len(content) for name, content in files.items() if not name.endswith(".wasm")) <= MAX_PAGE_BYTES
     written = write_static(tmp_path / "static", wasm)
-    assert {path.relative_to(tmp_path / "static").as_posix() for path in written} == set(files)
+    assert {path.relative_to(tmp_path / "static").as_posix() for path in written} == {*files, "solid.json"}
     with served(tmp_path / "static") as place:
         page = browser.new_page()
         page.goto(place)
         page.wait_for_selector("#simulator:not([hidden])")
         shows(page, "#events", "puncture at 3.2")
-        assert not page.is_visible("#views")  # without the studio's server there is nothing that identifies
+        assert not page.is_visible("#to-analyse")  # without the studio's server there is nothing that identifies
+        page.click("#to-steering")
+        shows(page, "#steer-words", "Planning needs the studio's own server")
+        assert page.is_disabled("#steer-plan")
+        page.select_option("#steer-needle", "solid")
+        shows(page, "#steer-moved", "tissue moved")
         page.close()
 
 

@@ -13,7 +13,7 @@ from ..segmentation import Events, segment
 from ..segmentation.doubtful import dead, dies
 from ..segmentation.segment import RUPTURE_TRAVEL_M
 from .recording_result import INVALIDATING, Anomaly, RecordingSummary, formatted, summarise
-from .repeat_checks import Repeat, repeat_anomalies
+from .repeat_checks import OWN_FIELD, Repeat, repeat_anomalies
 
 SIGN_SIGMA = 5.0  # [sd of the noise] a smaller mean force has no sign
 GAP_STEPS = 10.0  # median steps: the usual stalls of an insertion robot are shorter
@@ -141,6 +141,19 @@ def _speed_label(summary: RecordingSummary, fields: Mapping[str, str]) -> Iterat
 def check_recordings(named: Sequence[tuple[str, Recording]]) -> dict[str, list[Anomaly]]:
     """The anomalies of repeats by name; a recording without motion has none."""
     return check_repeats(moving_repeats([(name, recording, segment(recording)) for name, recording in named]))
+
+
+def invalid_recordings(named: Sequence[tuple[str, Recording]]) -> tuple[dict[str, Anomaly], list[str]]:
+    """By name why a recording has invalid values, and sentences on the other anomalies of repeats."""
+    invalid: dict[str, Anomaly] = {}
+    remarks = []
+    for name, found in check_recordings(named).items():
+        for anomaly in found:
+            if anomaly.left_out and anomaly.kind in INVALIDATING:
+                invalid.setdefault(name, anomaly)
+            elif anomaly.kind != "no_puncture":  # reported by the status
+                remarks.append(f"{name}: {anomaly.sentence.removesuffix(OWN_FIELD).rstrip()}")
+    return invalid, remarks
 
 
 def moving_repeats(segmented: Sequence[tuple[str, Recording, Events]]) -> list[Repeat]:

@@ -166,19 +166,13 @@ def screen_recordings(done: ReadFiles) -> ReadFiles:
     Recordings with an invalid force (wrong sign, another unit, saturated up to the puncture) are left out if another
     file remains. Other anomalies are printed only: a different motion is not a fault for a model that follows it.
     """
-    from ..campaign.checks import check_recordings
-    from ..campaign.recording_result import INVALIDATING, Anomaly
-    from ..campaign.repeat_checks import OWN_FIELD
+    from ..campaign.checks import invalid_recordings
 
     names = [_name(file, each) for file, each in done]
     named = [(name, each) for name, (_, each) in zip(names, done) if not isinstance(each, InputError)]
-    invalid: dict[str, Anomaly] = {}
-    for name, found in check_recordings(named).items():
-        for anomaly in found:
-            if anomaly.left_out and anomaly.kind in INVALIDATING:
-                invalid.setdefault(name, anomaly)
-            elif anomaly.kind != "no_puncture":  # reported by the status
-                say(f"{name}: {anomaly.sentence.removesuffix(OWN_FIELD).rstrip()}")
+    invalid, remarks = invalid_recordings(named)
+    for sentence in remarks:
+        say(sentence)
     if len(invalid) == len(named):
         return done
     return [

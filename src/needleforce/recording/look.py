@@ -27,6 +27,7 @@ from .stream import read_stream
 from .table import Table
 
 _MAX_LISTED = 20  # columns, and recordings, that are shown
+_HEAD = 6  # values of a column that are shown
 _OF_MOTION = ("time", "depth", "velocity")
 _OF_FORCE = ("time", "force")  # what is read from a table whose motion is in another one
 
@@ -34,7 +35,7 @@ _OF_FORCE = ("time", "force")  # what is read from a table whose motion is in an
 @dataclass(frozen=True, kw_only=True)
 class ColumnLook:
     """One column: header, stated unit, the quantity it is read as, empty if it is not used, number of values, first,
-    last, smallest and largest value in the file's unit; NaN where it holds no numbers."""
+    last, smallest and largest value in the file's unit, and the first of all values; NaN where it holds no numbers."""
 
     header: str
     unit: str
@@ -44,6 +45,7 @@ class ColumnLook:
     last: float
     smallest: float
     largest: float
+    head: tuple[float, ...] = ()
 
     def cells(self, number: int) -> tuple[str, ...]:
         """What a table shows of the column with this number."""
@@ -81,11 +83,12 @@ def _column_table(part: Part) -> list[tuple[str, str, str]]:
 def _range(table: Table, index: int) -> dict[str, Any]:
     """Number of values, first, last, smallest and largest of a column."""
     values = table.readable(index)
+    head = {"head": tuple(values[:_HEAD].tolist())}
     values = values[np.isfinite(values)]
     if not len(values):
-        return dict.fromkeys(("first", "last", "smallest", "largest"), float("nan")) | {"count": 0}
+        return dict.fromkeys(("first", "last", "smallest", "largest"), float("nan")) | {"count": 0} | head
     ends = {"first": float(values[0]), "last": float(values[-1])}
-    return ends | {"smallest": float(values.min()), "largest": float(values.max()), "count": len(values)}
+    return ends | {"smallest": float(values.min()), "largest": float(values.max()), "count": len(values)} | head
 
 
 def _shown(title: str, columns: Sequence[ColumnLook]) -> tuple[str, tuple[str, ...], list[tuple[str, ...]]]:

@@ -31,13 +31,13 @@ def _kept() -> dict[str, tuple[str, float | None, Any]]:
     return kept
 
 
-_KEPT = _kept()
+KEPT = _kept()
 MappingFile = msgspec.defstruct(
     "MappingFile",
     [
         ("description", str, ""),
         *((name, of_type, {}) for name, of_type in _TABLES.items()),
-        *((key, of_type, None) for name, (key, _, of_type) in _KEPT.items() if name not in _TABLES),
+        *((key, of_type, None) for name, (key, _, of_type) in KEPT.items() if name not in _TABLES),
     ],
     forbid_unknown_fields=True,
     omit_defaults=True,
@@ -110,7 +110,7 @@ def completed(path: Path, options: ReadOptions) -> tuple[ReadOptions, str]:
         raise InputError(IN_FOLDER, "a link", "leads out of the folder of the file", str(of_folder), step)
     mapping = load_mapping(of_folder if name is None else name)
     kept, changed = dict[str, Any](mapping=None), []
-    for option, (key, factor, _) in _KEPT.items():
+    for option, (key, factor, _) in KEPT.items():
         value, given = getattr(mapping, key), getattr(options, option)
         if option in _TABLES:
             kept[option] = value | dict(given or {})
@@ -149,7 +149,7 @@ def save_mapping(options: ReadOptions, target: str, description: str = "") -> Pa
         A file that cannot be written.
     """
     content: dict[str, Any] = {}
-    for option, (key, factor, _) in _KEPT.items():
+    for option, (key, factor, _) in KEPT.items():
         value = getattr(options, option)
         if value is not None:
             content[key] = value if factor is None else float(f"{value / factor:.12g}")

@@ -2,8 +2,9 @@
 """A recording of one experiment, simulated or measured, with its provenance."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -67,6 +68,23 @@ class Note:
     count: int = 1
 
 
+@dataclass(frozen=True, kw_only=True)
+class GivenEvents:
+    """Events of a recording that were given instead of found, by their times.
+
+    Parameters
+    ----------
+    contact, exit : float, optional
+        Time [s]; None for the event that is found.
+    punctures : tuple of float, optional
+        Times [s] of the peaks, in their order, none for no puncture; None for those that are found.
+    """
+
+    contact: float | None = None
+    punctures: tuple[float, ...] | None = None
+    exit: float | None = None
+
+
 @dataclass(frozen=True)
 class Card:
     """The provenance of a recording.
@@ -85,6 +103,8 @@ class Card:
         Samples in the average filter of the force, 1 if none is known.
     assumptions : tuple of str
         Sentences on what was assumed while reading.
+    given_events : GivenEvents or None
+        Events that take the place of those found by ``segment``; see ``Recording.with_events``.
     """
 
     source: str = ""
@@ -95,6 +115,7 @@ class Card:
     filter_length: int = 1
     assumptions: tuple[str, ...] = ()
     part: str = ""
+    given_events: GivenEvents | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -196,6 +217,47 @@ class Recording(Printed):
         columns = {name: getattr(self, name)[keep] for name in COLUMNS}
         axes = {name: values[keep] for name, values in self.axes.items()}
         return Recording(**columns, axes=axes, card=self.card, notes=self.notes)
+
+    def with_events(
+        self,
+        *,
+        contact: float | None = None,
+        punctures: Sequence[float] | None = None,
+        exit: float | None = None,
+    ) -> "Recording":
+        """The same recording with events given where those found are wrong; segmentation and fits take them.
+
+        Parameters
+        ----------
+        contact, exit : float, optional
+            Time [s] of the event; by default it is found.
+        punctures : sequence of float, optional
+            Times [s] of the force peaks; an empty one for no puncture. By default they are found.
+
+        Returns
+        -------
+        Recording
+            With ``card.given_events``; a file that is written does not contain them.
+
+        Raises
+        ------
+        InputError
+            For a time outside the recording, or events that are not in their order.
+        """
+        own = None if punctures is None else tuple(float(each) for each in punctures)
+        times = [("contact", contact), *(("puncture", each) for each in own or ()), ("exit", exit)]
+        known = [(name, float(time)) for name, time in times if time is not None]
+        first, last = float(self.time[0]), float(self.time[-1])
+        for name, time in known:
+            if not first <= time <= last:
+                limit = f"the recording is from {first:.6g} to {last:.6g} s"
+                raise InputError(f"time of the {name}", f"{time:.6g} s", limit, self.name, "Give a time within it.")
+        for (name, time), (later, after) in pairwise(known):
+            if not time < after:
+                limit = f"it must be before the {later} at {after:.6g} s"
+                raise InputError(f"time of the {name}", f"{time:.6g} s", limit, self.name, "Give them in their order.")
+        given = GivenEvents(contact=contact, punctures=own, exit=exit)
+        return replace(self, card=replace(self.card, given_events=None if given == GivenEvents() else given))
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame in SI, a column for each quantity with its unit, as ``force [N]``."""

@@ -84,7 +84,8 @@ def segment(
 
     Exit: during withdrawal the force returns to its baseline and remains there. ``low`` and ``high`` of an event are
     samples that bound it. Pull-backs and pauses are part of one insertion as long as the needle stays in the tissue.
-    Outliers, one in 1000 recordings by chance, are replaced by their neighbours. The page on events has figures.
+    Outliers, one in 1000 recordings by chance, are replaced by their neighbours. Events given by
+    ``Recording.with_events`` take the place of those found in their insertion. The page on events has figures.
     """
     check(crossing, drop, within, cycle)
     recording = recording_of(recording)
@@ -98,14 +99,17 @@ def segment(
     options = {"crossing": crossing, "drop": drop, "within": within, "rate": recording.rate if len(time) > 1 else 1.0}
     options |= {"filter_length": max(recording.card.filter_length, 1), "quantum": quantum}
     found = _insertions(time, depth, clean, options)
+    remarks = (*_stand_notes(recording), *_outlier_note(spikes_at))
+    chosen, sentences = _put_given(found, recording, clean)
+    remarks = (*sentences, *remarks)
     touching = [each for each in found if each.contact is not None]
     spans = phases(time, touching)
-    remarks = (*_stand_notes(recording), *_outlier_note(spikes_at))
     if not touching:
         notes = (no_contact(time, depth, force, quantum, moved=bool(found)), *remarks)
         return Events(phases=spans, status=Status.no_contact, notes=notes, outliers=spikes_at)
     first = next((number for number, each in enumerate(touching) if each.punctures), 0)
-    chosen = touching[min(first + cycle, len(touching) - 1)]
+    if chosen not in touching:
+        chosen = touching[min(first + cycle, len(touching) - 1)]
     status, notes = status_of(chosen, len(touching), depth, clean)
     if step := baseline_step(time, clean, quantum, stop=int(np.searchsorted(time, chosen.contact.time))):
         remarks += (step,)
@@ -134,6 +138,20 @@ def _insertions(time: np.ndarray, depth: np.ndarray, force: np.ndarray, options:
     known = {(each.cycle.start, each.cycle.stop, each.cycle.end): each for each in found}
     again = insertions(time, depth, surfaces[0])
     return [known.get((each.start, each.stop, each.end)) or events_of(each) for each in again] or found
+
+
+def _put_given(
+    found: list[CycleEvents], recording: Recording, force: np.ndarray
+) -> tuple[CycleEvents | None, tuple[str, ...]]:
+    """Put the events that the recording was given into their insertion; this one, and a sentence, if there are any."""
+    given = recording.card.given_events
+    if given is None or not found:
+        return None, ()
+    from .given import with_given
+
+    number, chosen, sentence = with_given(found, given, recording.time, updated_depth(recording.depth), force)
+    found[number] = chosen
+    return chosen, (sentence,)
 
 
 def _stand_notes(recording: Recording) -> list[str]:

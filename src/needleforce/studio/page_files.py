@@ -19,6 +19,8 @@ from ..preset_files.build import needle_lines
 from ..preset_files.presets import preset, presets
 from ..preset_files.schema import EQUIVALENCES, si_key, tips
 from ..vocabulary import __version__
+from .solid_example import SOLID_FILE, solid_example
+from .steering_presets import steering_presets
 
 PAGE = Path(__file__).with_name("page")
 CORE = Path(__file__).with_name("core")
@@ -33,6 +35,7 @@ TYPES = {
     ".wasm": "application/wasm",
     ".svg": "image/svg+xml",
 }
+MAX_LAYERS = 8  # as model.js
 MIN_STROKE, MAX_STROKE = 12e-3, 60e-3  # [m] depth to which the page inserts a needle by itself
 
 
@@ -79,13 +82,21 @@ def write_static(folder: str | os.PathLike, core: Path = CORE) -> list[Path]:
         As ``page_files``, and if a file cannot be written.
     """
     written = []
-    for name, content in page_files(core).items():
+    for name, content in (page_files(core) | _solid()).items():
         path = Path(folder, name)
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_write(path) as file:
             file.buffer.write(content)
         written.append(path)
     return written
+
+
+def _solid() -> dict[str, bytes]:
+    """The solid of the steered needle; nothing without the extra ``fe``, which the page then states."""
+    try:
+        return {SOLID_FILE: solid_example().text()}
+    except InputError:
+        return {}
 
 
 def tables() -> dict[str, Any]:
@@ -96,7 +107,8 @@ def tables() -> dict[str, Any]:
         "laws": {family: _classes(laws_of(family), _seen(models.values(), _laws)) for family in FAMILIES},
         "tips": _classes(tips(), TIPS | _seen(models.values(), _tips)),
         "equivalences": EQUIVALENCES,
-        "presets": {name: _preset(model) for name, model in models.items()},
+        "presets": {name: shown_model(model) for name, model in models.items()},
+        "steering": {name: each.entry() for name, each in steering_presets().items()},
     }
 
 
@@ -157,7 +169,8 @@ def _tips(layer: Layer) -> list[Any]:
     return [law.tip for law in layer.parts if "tip" in law.parts]
 
 
-def _preset(model: Model) -> dict:
+def shown_model(model: Model) -> dict:
+    """A model as the page has its presets."""
     needle = model.needle
     deepest = max(layer.top + layer.laws.puncture_depth for layer in model.layers)
     stroke = deepest * 2.0 if deepest < MAX_STROKE else 20e-3
@@ -175,6 +188,16 @@ def _preset(model: Model) -> dict:
 
 def _half_angle(tip: Any) -> float | None:
     return equivalent_half_angle(tip) if hasattr(tip, "equivalent_cone") else None
+
+
+def without_form(model: Model) -> str:
+    """Why the page has no form for a model; empty if it has one."""
+    for layer in model.layers:
+        for family in FAMILIES:
+            law = getattr(layer, family)
+            if law.name not in {kind.name for kind in laws_of(family)}:
+                return f"The page has no form for the {family} by {law.name}."
+    return "" if len(model.layers) <= MAX_LAYERS else f"The page has a form for {MAX_LAYERS} layers, not more."
 
 
 def _named(value: Any) -> dict:

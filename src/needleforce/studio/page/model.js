@@ -30,7 +30,8 @@ export function deeper({ preset, layers }) {
 
 /** The state of the page as text for a link, and back. */
 export function linkText(tables, state) {
-  const short = (model) => (model && !isChanged(tables, model) ? { preset: model.preset } : model);
+  const own = (model) => tables.presets[model.preset].identified; // which no other page has
+  const short = (model) => model && (own(model) ? { ...model, preset: "paper" } : isChanged(tables, model) ? model : { preset: model.preset });
   const bytes = new TextEncoder().encode(JSON.stringify({ ...state, models: state.models.map(short) }));
   return btoa(String.fromCharCode(...bytes)).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
 }

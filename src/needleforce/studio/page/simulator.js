@@ -324,6 +324,16 @@ function takeLink() {
   showControls();
 }
 
+/** Takes a model that was identified, as the page has its presets, as A (0) or B (1). */
+export function takeIdentified(k, preset) {
+  let name = preset.name;
+  for (let n = 2; name in tables.presets && JSON.stringify(tables.presets[name].layers) !== JSON.stringify(preset.layers); ++n)
+    name = `${preset.name}_${n}`;
+  tables.presets[name] = preset;
+  takeModel(k, fromPreset(tables, name), true);
+  choose(k);
+}
+
 /** Shows the first model, or that of a link, with the tables and the class of the core. */
 export function startSimulator(given, core) {
   [tables, Insertion] = [given, core];

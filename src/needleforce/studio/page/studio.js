@@ -3,10 +3,13 @@
 
 import { drawAll, startAnalyse } from "./analyse.js";
 import { load } from "./core/needleforce.mjs";
-import { redraw, startSimulator, trouble } from "./simulator.js";
+import { drawLive, startLive } from "./live.js";
+import { redraw, startSimulator, takeIdentified, trouble } from "./simulator.js";
+import { openSteering, startSteering } from "./steering.js";
 
 // what draws each view when it is opened
-const VIEWS = { simulator: redraw, analyse: drawAll };
+const VIEWS = { simulator: redraw, steering: openSteering, analyse: drawAll, live: drawLive };
+const OF_THE_SERVER = ["analyse", "live"];
 const at = (id) => document.getElementById(id);
 
 function open(wanted) {
@@ -17,10 +20,19 @@ function open(wanted) {
   VIEWS[wanted]();
 }
 
-/** The studio's own server has more than the simulator, and marks the page so. */
+function startWithServer() {
+  startAnalyse((k, preset) => {
+    takeIdentified(k, preset);
+    open("simulator");
+  });
+  startLive(open);
+}
+
+/** The studio's own server has more than simulator and steering, and marks the page so. */
 function startViews() {
-  if (!("server" in document.documentElement.dataset)) return;
-  startAnalyse();
+  const server = "server" in document.documentElement.dataset;
+  for (const view of OF_THE_SERVER) at(`to-${view}`).hidden = !server;
+  if (server) startWithServer();
   at("views").hidden = false;
   for (const view of Object.keys(VIEWS)) at(`to-${view}`).addEventListener("click", () => open(view));
 }
@@ -38,6 +50,7 @@ async function start() {
   at("version").textContent = `version ${core.version}`;
   at("loading").hidden = true;
   at("simulator").hidden = false;
+  startSteering(tables, core);
   startViews();
   startSimulator(tables, core.Insertion);
 }
