@@ -17,6 +17,7 @@ from studio_server import running
 
 import needleforce as nf
 from needleforce.studio import page_files, recording_jobs, server
+from needleforce.studio.reading_choices import FileChoices, FitChoices
 
 SLOW = (sys.executable, "-c", "import time; time.sleep(60)")
 FILES = {
@@ -110,52 +111,115 @@ def test_nothing_is_sent_to_another_place(port):
 @pytest.mark.parametrize("origin", [{}, {"Origin": "http://evil.example"}, {"Origin": "null"}])
 def test_another_site_sends_no_recording(port, origin):
     assert answer(port, "/recordings?name=a.csv", "POST", b"1", **origin)[0] == 403
-    assert answer(port, "/recordings/a", "DELETE", **origin)[0] == 403
+    assert answer(port, "/fits", "POST", b"{}", **origin)[0] == 403
+    assert answer(port, "/fits/a", "DELETE", **origin)[0] == 403
 
 
-def test_few_recordings_run_at_a_time_and_end_when_they_are_cancelled(port, slow):
-    keys = [sent(port)[1]["key"] for _ in range(4)]
-    state = lambda key: json.loads(answer(port, f"/recordings/{key}")[1])["state"]  # noqa: E731
+def started(port: int, *keys: str, **more):
+    """Status and answer to a fit of files with these keys, as the page asks for it."""
+    body = json.dumps({"files": [{"key": key} for key in keys], **more}).encode()
+    status, text, _ = answer(port, "/fits", "POST", body, Origin=f"http://127.0.0.1:{port}")
+    return status, json.loads(text)
+
+
+def test_few_fits_run_at_a_time_and_end_when_they_are_cancelled(port, slow):
+    file = sent(port)[1]["key"]
+    keys = [started(port, file)[1]["key"] for _ in range(4)]
+    state = lambda key: json.loads(answer(port, f"/fits/{key}")[1])["state"]  # noqa: E731
     wait_for(lambda: [state(key) for key in keys] == ["running", "running", "waiting", "waiting"])
     own = {"Origin": f"http://127.0.0.1:{port}"}
-    assert json.loads(answer(port, f"/recordings/{keys[0]}", "DELETE", **own)[1])["state"] == "cancelled"
+    assert json.loads(answer(port, f"/fits/{keys[0]}", "DELETE", **own)[1])["state"] == "cancelled"
     wait_for(lambda: [state(key) for key in keys] == ["cancelled", "running", "running", "waiting"])
-    assert answer(port, f"/recordings/{keys[0]}/report")[0] == 404
-    assert answer(port, "/recordings/none")[0] == 404
+    assert answer(port, f"/fits/{keys[0]}/report")[0] == 404
+    assert answer(port, "/fits/none")[0] == 404
 
 
 def test_places_are_limited_and_a_finished_one_makes_room(port, slow, monkeypatch):
     monkeypatch.setattr(recording_jobs, "MAX_KEPT", 2)
-    keys = [sent(port)[1]["key"] for _ in range(2)]
-    status, said = sent(port)
-    assert status == 413 and "all are being identified" in said["error"]
-    answer(port, f"/recordings/{keys[0]}", "DELETE", Origin=f"http://127.0.0.1:{port}")
-    assert sent(port)[0] == 202 and answer(port, f"/recordings/{keys[0]}")[0] == 404
+    file = sent(port)[1]["key"]
+    keys = [started(port, file)[1]["key"] for _ in range(2)]
+    status, found = started(port, file)
+    assert status == 422 and "all of them wait or run" in found["error"]
+    answer(port, f"/fits/{keys[0]}", "DELETE", Origin=f"http://127.0.0.1:{port}")
+    assert started(port, file)[0] == 202 and answer(port, f"/fits/{keys[0]}")[0] == 404
+
+
+@pytest.mark.parametrize(
+    ("asked", "status"),
+    [
+        ({"files": [{"key": "../../etc/passwd"}]}, 404),
+        ({"files": [{"key": "KEY", "motion": "/etc/passwd"}]}, 404),
+        ({"files": [{"key": "KEY", "options": {"mapping": "/etc/passwd"}}]}, 422),
+        ({"files": [{"key": "KEY", "options": {"motion": "/etc/passwd"}}]}, 422),
+        ({"files": [{"key": "KEY", "options": {"rate_hz": "fast"}}]}, 422),
+        ({"files": [{"key": "KEY", "path": "/etc/passwd"}]}, 422),
+        ({"files": [{"key": "KEY"}], "needle": "/etc/passwd"}, 422),
+        ({"files": [{"key": "KEY"}], "model": "../paper.toml"}, 422),
+        ({"files": [{"key": "KEY"}], "task": "delete"}, 422),
+        ({"files": []}, 422),
+    ],
+)
+def test_only_what_the_page_offers_is_taken(port, slow, asked, status):
+    key = sent(port)[1]["key"]
+    body = json.dumps(asked).replace("KEY", key).encode()
+    got, text, _ = answer(port, "/fits", "POST", body, Origin=f"http://127.0.0.1:{port}")
+    assert got == status and json.loads(text)["error"]
+
+
+def of_its_own_loop(made):
+    with ThreadPoolExecutor() as other:  # a browser of other tests has a loop in this thread
+        return other.submit(lambda: asyncio.run(made())).result()
+
+
+async def pieces(*parts):
+    for part in parts:
+        yield part
 
 
 def test_a_recording_has_a_limit_and_its_name_stays_in_its_folder(slow, monkeypatch):
     monkeypatch.setattr(recording_jobs, "MAX_BYTES", 1000)
-
-    async def pieces(*parts):
-        for part in parts:
-            yield part
+    names = ("../../etc/passwd", "/etc/passwd", "..", "", "a\0b", "-rf", "result.json", "needleforce.toml", "A.csv",
+             "a.csv", "ä" * 300 + ".csv")  # fmt: skip
 
     async def all_of_it():
         jobs = recording_jobs.RecordingJobs()
         with pytest.raises(nf.InputError, match="too long for the page"):
             await jobs.receive("a.csv", pieces(*[b"1" * 400] * 3))
         assert list(jobs.folder.iterdir()) == []
-        for name in ("../../etc/passwd", "/etc/passwd", "..", "", "a\0b", "-rf", "result.json", "ä" * 300 + ".csv"):
-            file = jobs.jobs[await jobs.receive(name, pieces(b"1"))].file
-            assert file.parent.parent == jobs.folder and file.read_bytes() == b"1"
+        keys = [await jobs.receive(name, pieces(b"1")) for name in names]
+        job = jobs.jobs[jobs.start(FitChoices(files=[FileChoices(key=key) for key in keys]))]
+        files = [path for path in job.folder.iterdir() if path.name != recording_jobs.REQUEST]
+        assert len(files) == len(names) and job.folder.parent == jobs.folder
+        for file in files:
+            assert file.read_bytes() == b"1" and file.name not in recording_jobs.OWN_NAMES
             assert file.name == re.sub(r"[^A-Za-z0-9_.-]", "", file.name) and not file.name.startswith(("-", "."))
         await asyncio.sleep(0.2)
         await jobs.close()
-        assert not jobs.folder.exists()
-        assert all(job.process is None or job.process.returncode is not None for job in jobs.jobs.values())
+        assert not jobs.folder.exists() and job.process.returncode is not None
 
-    with ThreadPoolExecutor() as other:  # a browser of other tests has a loop in this thread
-        other.submit(lambda: asyncio.run(all_of_it())).result()
+    of_its_own_loop(all_of_it)
+
+
+def test_what_nobody_asks_for_is_ended_and_forgotten(slow, monkeypatch):
+    async def all_of_it():
+        jobs = recording_jobs.RecordingJobs()
+        keys = [await jobs.receive("a.csv", pieces(b"1" * 10)) for _ in range(2)]
+        fit = jobs.start(FitChoices(files=[FileChoices(key=keys[0])]))
+        await asyncio.sleep(0.2)
+        job = jobs.jobs[fit]
+        jobs.sweep(job.asked + recording_jobs.ABANDONED_S - 1)
+        assert job.state == "running"
+        jobs.sweep(job.asked + recording_jobs.ABANDONED_S + 1)
+        await job.task
+        assert job.state == "cancelled" and job.process.returncode is not None
+        jobs.sweep(job.asked + recording_jobs.FORGOTTEN_S + 60)
+        assert not jobs.jobs and not jobs.uploads and list(jobs.folder.iterdir()) == []
+        monkeypatch.setattr(recording_jobs, "MAX_TOTAL_BYTES", 25)
+        keys = [await jobs.receive("a.csv", pieces(b"1" * 10)) for _ in range(3)]
+        assert list(jobs.uploads) == keys[1:]  # the one that was not used for longest made room
+        await jobs.close()
+
+    of_its_own_loop(all_of_it)
 
 
 @pytest.mark.parametrize(("path", "headers"), [("/", {}), ("/none", {}), ("/", {"Host": "evil.example"})])
