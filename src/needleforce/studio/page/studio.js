@@ -23,6 +23,7 @@ function startViews() {
   startAnalyse((k, preset) => {
     takeIdentified(k, preset);
     open("simulator");
+    scrollTo(0, 0);
   });
   at("views").hidden = false;
   for (const view of Object.keys(VIEWS)) at(`to-${view}`).addEventListener("click", () => open(view));
