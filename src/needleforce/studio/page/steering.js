@@ -39,7 +39,8 @@ function insertion() {
 }
 
 const low = () => -Math.min(26e-3, (preset.bending.guide_distance ?? 20e-3) + 5e-3);
-const high = () => Math.max(1.1 * preset.depth, 1.1 * target[2]);
+const deepest = () => Math.max(1.1 * preset.depth, 1.1 * target[2]); // where a base may go
+const high = () => Math.max(deepest(), field?.down.at(-1) ?? 0);
 const start = () => -Math.min(2e-3, 0.1 * preset.depth);
 
 function begin() {
@@ -136,7 +137,7 @@ function playPlan() {
 
 const bounds = (key) => {
   const { low: least, high: most, factor } = COORDINATES[key];
-  return key === "depth" ? [-5e-3, high()] : [least / factor, most / factor];
+  return key === "depth" ? [-5e-3, deepest()] : [least / factor, most / factor];
 };
 
 /** The base goes to values [m], [rad], as far as the page lets it; a hand ends a plan that is played. */
@@ -156,7 +157,7 @@ const goBy = (key, change, speed) => go({ [key]: (motion.targets[key]?.to ?? mot
 
 function insert(speed) {
   const depth = Number(at("steer-to").value.replace(",", ".")) / 1e3;
-  const most = high();
+  const most = deepest();
   if (!(depth >= 1e-4 && depth <= most)) return refuse(`The depth “${at("steer-to").value}” is not a number from 0.1 to ${Math.floor(1e3 * most)} mm.`);
   refuse("");
   if (motion.here.depth >= depth) begin();
