@@ -10,8 +10,8 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 365,
-    "lines": 71_300,
+    "Python files": 368,
+    "lines": 71_750,
     "modules with one importer": 47,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 11,

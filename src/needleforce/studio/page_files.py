@@ -18,6 +18,7 @@ from ..preset_files.build import needle_lines
 from ..preset_files.presets import preset, presets
 from ..preset_files.schema import si_key, tips
 from ..vocabulary import __version__
+from .planning import MAX_OBSTACLES
 from .solid_example import SOLID, SOLID_FILE, SOLID_TITLE, solid_example
 from .steering_presets import steering_presets
 
@@ -106,6 +107,7 @@ def tables() -> dict[str, Any]:
         "laws": {family: _classes(laws_of(family), _seen(models.values(), _laws)) for family in FAMILIES},
         "tips": _classes(shapes, _seen(models.values(), _tips)),
         "presets": {name: _preset(model) for name, model in models.items()},
+        "max_obstacles": MAX_OBSTACLES,
         "solid": {"name": SOLID, "file": SOLID_FILE, "title": SOLID_TITLE},
         "steering": {name: each.entry() for name, each in steering_presets().items()},
     }

@@ -17,7 +17,6 @@ import { planWords, plannedCells, scoreCells, stateOf, troubleOf, valueRows } fr
 
 const PLAYED = 5e-3; // [m/s] of a plan, as the planner's own push
 const HURRY = 1500; // steps a frame where the reader does not wait
-const MAX_OBSTACLES = 8;
 const VIEWS = ["steer-side", "steer-top"];
 const SPOKEN = 1000; // [ms] between two sentences while the needle moves, for who hears them
 const at = (id) => document.getElementById(id);
@@ -87,7 +86,7 @@ const refuse = (text) => { at("steer-refusal").textContent = text; };
 
 function spots() {
   showSpots(at("steer-spots"), target, obstacles, place, refuse);
-  at("steer-add").disabled = obstacles.length >= MAX_OBSTACLES;
+  at("steer-add").disabled = obstacles.length >= tables.max_obstacles;
 }
 
 /** Target and obstacles at other places, for which a plan does not hold. */
