@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A run of the live view on a clock of its own: every reading is in a line, drawn or counted, the events are the
-recorder's, and what must stop the axis does."""
+"""A run of the live view on a clock of its own: every reading is in a line, drawn or counted, and the events are
+the recorder's; and a page that is slow."""
 
 import io
 import json
@@ -12,36 +12,32 @@ from simulated_time import SimulatedTime
 
 import needleforce as nf
 from needleforce.recording.log import read_log
-from needleforce.rig.live import VirtualRig
 from needleforce.studio import live_run
-from needleforce.studio.live import _VIRTUAL
-from needleforce.studio.live_points import Points
+from needleforce.studio.live import _VIRTUAL, KEPT_EVENTS, WAITING_POINTS, Watcher
 
 MOTION = {"start": -4e-3, "depth": 6e-3, "speed": 10e-3, "hold": 0.1}
 
 
-class Words:
-    """What the server writes to the process: the job, then ``alive`` until ``words`` begin."""
+class Server:
+    """What the process reads of the server: the job, then ``alive`` for a time, then the end."""
 
-    def __init__(self, job, *words, after=1e9):
-        self.lines, self.words, self.after, self.begun = [json.dumps(job)], list(words), after, time.monotonic()
+    def __init__(self, job, after):
+        self.lines, self.after, self.begun = [json.dumps(job)], after, time.monotonic()
 
     def readline(self):
         if self.lines:
             return self.lines.pop()
         time.sleep(0.4)
-        if time.monotonic() - self.begun < self.after:
-            return "alive\n"
-        return self.words.pop(0) if self.words else ""
+        return "alive\n" if time.monotonic() - self.begun < self.after else ""
 
 
-def made(tmp_path, motion=MOTION, words=("",), after=1e9, rig=None, model="paper"):
+def made(tmp_path, motion=MOTION, after=1e9, model="paper"):
     """The lines of a run of the virtual rig, and its file."""
     file = tmp_path / "run.mcap"
-    rig = (rig or _VIRTUAL) | {"preset": "paper", "seed": 1, "words": "virtual"}
+    rig = _VIRTUAL | {"preset": "paper", "seed": 1, "words": "virtual"}
     job = {"file": str(file), "rig": rig, "motion": motion, "model": model, "surface": 0.0}
     target = io.StringIO()
-    live_run.main(Words(job, *words, after=after), target)
+    live_run.main(Server(job, after), target)
     return [json.loads(line) for line in target.getvalue().splitlines()], file
 
 
@@ -84,29 +80,13 @@ def test_every_reading_and_event_of_the_virtual_rig_is_in_the_lines(tmp_path, sp
 
 
 @pytest.mark.usefixtures("simulated_time")
-@pytest.mark.parametrize(
-    "words, why",
-    [(["stop\n"], "stop button"), (["\n"] * 20, "no page looks on"), ([], "the server ended")],
-    ids=["stop", "page gone", "server gone"],
-)
-def test_what_must_stop_the_axis_does(tmp_path, words, why):
-    lines, file = made(tmp_path, MOTION | {"speed": 2e-3}, words, after=1.0, model=None)
+def test_the_end_of_the_server_stops_the_axis(tmp_path):
+    lines, file = made(tmp_path, MOTION | {"speed": 2e-3}, after=1.0, model=None)
     (end,) = of(lines, "end")
-    assert (end["ended"], end["why"], end["confirmed"]) == ("interrupted", why, True)
+    assert (end["ended"], end["why"], end["confirmed"]) == ("interrupted", "the server ended", True)
     assert "at rest at" in end["stop"] and read_log(file).complete
     depth = of(lines, "points")[-1]["points"][-1][1]
     assert depth < 5.5e-3  # it was on its way to 6 mm
-
-
-@pytest.mark.usefixtures("simulated_time")
-def test_a_rig_that_stops_answering_is_reported(tmp_path):
-    with VirtualRig(faults={"axis_silent_at_s": 1.5}) as rig:
-        here = {"sensor": f"127.0.0.1:{rig.sensor_port}", "axis": f"127.0.0.1:{rig.axis_port}"}
-        here["sensor_page"] = f"http://127.0.0.1:{rig.page_port}/netftapi2.xml"
-        lines, _ = made(tmp_path, rig=_VIRTUAL | here)
-    (end,) = of(lines, "end")
-    assert end["ended"] == "axis silent" and not end["confirmed"] and not end["complete"]
-    assert "switch the axis off" in end["stop"]
 
 
 @pytest.mark.usefixtures("simulated_time")
@@ -121,13 +101,15 @@ def test_a_motion_outside_the_limits_of_the_rig_is_refused(tmp_path, change, tex
     assert text in refused["text"] and not refused["unconfirmed"] and not file.exists()
 
 
-def test_points_stay_few_with_the_extremes_and_every_reading_counted():
-    points, force = Points(600), np.sin(np.arange(50_000) * 0.013) + 1e-3 * (np.arange(50_000) * 7919 % 101)
+def test_a_slow_page_gets_the_extremes_and_every_reading_counted():
+    watcher, force = Watcher(), np.sin(np.arange(50_000) * 0.013) + 1e-3 * (np.arange(50_000) * 7919 % 101)
     for start in range(0, len(force), 33):
         part = [(k * 1e-3, None, float(force[k]), None) for k in range(start, min(start + 33, len(force)))]
-        points.add(part, len(part))
-        assert len(points.points) <= 600
-    kept, readings = points.take()
-    assert readings == 50_000 and points.take() == ([], 0)
+        watcher.add(part, len(part), [{"kind": "status"}], 0)
+        assert len(watcher.points.points) <= WAITING_POINTS and len(watcher.events) <= KEPT_EVENTS
+    sent, after = watcher.take(), watcher.take()
+    kept = sent["points"]
+    assert sent["readings"] == 50_000 and (after["points"], after["readings"]) == ([], 0)
+    assert len(sent["events"]) + sent["events_left_out"] == 1516  # one for each 33 readings
     assert {min(p[2] for p in kept), max(p[2] for p in kept)} == {force.min(), force.max()}
     assert [p[0] for p in kept] == sorted(p[0] for p in kept)

@@ -6,6 +6,7 @@ it runs, and prints a line for each stage.
 """
 
 import json
+import os
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -33,7 +34,8 @@ def main(file: str) -> None:
     try:
         result = _identified(Path(file))
     except InputError as error:
-        result = {"error": f"{error} {IN_THE_PAGE}" if "--" in error.next_step else str(error)}
+        text = str(error).replace(f"{Path.cwd()}{os.sep}", "")  # the page names no folder of the server
+        result = {"error": f"{text} {IN_THE_PAGE}" if "--" in error.next_step else text}
     except MemoryError:
         result = {"error": "The memory of this computer is not sufficient for this file."}
     with atomic_write(RESULT) as target:
