@@ -68,9 +68,9 @@ class Watcher:
         """What is to be sent now."""
         (points, readings), events = self.points.take(), self.events
         self.points.limit, self.events = WAITING_POINTS, []
-        told = {"points": points, "readings": readings, "events": events, "events_left_out": self.left_out}
-        told["fresh"], self.fresh, self.changed, self.left_out = self.fresh, False, False, 0
-        return told
+        taken = {"points": points, "readings": readings, "events": events, "events_left_out": self.left_out}
+        taken["fresh"], self.fresh, self.changed, self.left_out = self.fresh, False, False, 0
+        return taken
 
 
 class Live:

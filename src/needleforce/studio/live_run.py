@@ -111,8 +111,8 @@ class Publisher:
             progress = self._progress
         if readings or events:
             rounded = [[None if v is None else round(v, 8) for v in point] for point in points]
-            told = {"points": rounded, "readings": readings, "events": events, "events_left_out": left_out}
-            self.write({"kind": "points", **told, "progress": progress})
+            sent = {"points": rounded, "readings": readings, "events": events, "events_left_out": left_out}
+            self.write({"kind": "points", **sent, "progress": progress})
 
     def _time(self, at: int) -> float:
         return max(0.0, (at - (at if self._begun is None else self._begun)) * 1e-9)
