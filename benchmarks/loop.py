@@ -86,7 +86,7 @@ def bending():
 
 
 def watching():
-    """A reading watched for events at 1 kHz, with its noise: insertions with a rupture, a hold and a withdrawal each."""
+    """A reading watched for events at 1 kHz: noisy insertions with a rupture, a hold and a withdrawal each."""
     times = printed("events")
     yield "EventDetector.step: work only (ns)", shown(times), "p99.9 <= 200", times["p999"] <= 200
 

@@ -3,9 +3,9 @@
 
     python benchmarks/online_events.py [--full]
 
-The simple ones have thresholds, set on odd repeats of one laboratory for at most 0.1 false alarms an insertion; odd repeats
-are printed only with ``--full``. Delay: from the sample before the steepest 10 ms of the fall. A false alarm is one outside
-every fall of half the size of a puncture. ``nf.segment`` sees the whole recording, so it has no delay.
+The simple ones have thresholds, set on odd repeats of one laboratory for at most 0.1 false alarms an insertion; odd
+repeats are printed only with ``--full``. Delay: from the sample before the steepest 10 ms of the fall. A false alarm is
+one outside every fall of half the size of a puncture. ``nf.segment`` sees the whole recording, so it has no delay.
 """
 
 import argparse
@@ -81,8 +81,8 @@ def alarms(stream: Stream, statistic: np.ndarray, threshold: float) -> list[int]
 
 
 def score(streams: list[Stream], found: list[list[int]]) -> dict:
-    """Share of the punctures found, of the large ones, false alarms an insertion, alarms in falls between half and whole,
-    and delays."""
+    """Share of the punctures found, of the large ones, false alarms an insertion, alarms in falls between half and
+    whole, and delays."""
     seen, large, late_samples, late, false, between = [], [], [], [], 0, 0
     for stream, mine in zip(streams, found, strict=True):
         used: set[int] = set()
@@ -157,7 +157,9 @@ def table(title: str, streams: list[Stream], simple: dict, limits: dict) -> Tabl
     for name, found in rows.items():
         got = score(streams, found)
         late = ("", "") if "offline" in name else ("{:.0f} / {:.0f}".format(*got["samples"]), f"{got['ms']:.0f}")
-        shown.add_row(name, f"{got['found']:.1%}", f"{got['large']:.1%}", f"{got['false']:.3f}", f"{got['between']:.2f}", *late)
+        shown.add_row(
+            name, f"{got['found']:.1%}", f"{got['large']:.1%}", f"{got['false']:.3f}", f"{got['between']:.2f}", *late
+        )
     return shown
 
 

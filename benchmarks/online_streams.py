@@ -48,7 +48,7 @@ def falls(time, force, depth, least: float = 0.15, share: float = 0.1) -> list[F
     found: list[Fall] = []
     for begin, stop in zip(edges[::2], edges[1::2], strict=True):
         start, end = int(top[begin]), int(stop - 1)
-        size = (force[start] - force[start : stop].min()) / peak[begin]
+        size = (force[start] - force[start:stop].min()) / peak[begin]
         if found and start <= found[-1].end:
             before = found.pop()
             start, size = before.start, max(size, before.share)
