@@ -88,6 +88,12 @@ def bending():
     yield "the same, 160 mm deep over 40 mm", f"{flat:.2f}", "1.1", flat <= 1.1
 
 
+def watching():
+    """A reading watched for events at 1 kHz: noisy insertions with a rupture, a hold and a withdrawal each."""
+    times = printed("events")
+    yield "EventDetector.step: work only (ns)", shown(times), "p99.9 <= 200", times["p999"] <= 200
+
+
 def energy(steps: int = 100_000):
     """Energy that a random user gets out of tissues at 1 kHz with delay: bare, with the classic controller, guarded."""
     trials = printed("energy", steps)
