@@ -11,13 +11,13 @@ import numpy as np
 import needleforce as nf
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from recorded_data import RECORDINGS  # noqa: E402
+from recorded_data import RECORDINGS
 
 WITHIN = 0.1  # [s]
 
 
 class Fall(NamedTuple):
-    """A fall of the force: its first sample, the one before its steepest 10 ms, its last, and its size over the peak."""
+    """A fall of the force: its first sample, the one before its steepest 10 ms, its last, and its size by the peak."""
 
     start: int
     snap: int
