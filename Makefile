@@ -27,7 +27,7 @@ FILE ?= tests/reference_values.json
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
-.PHONY: help setup packages-and-core demo test test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
+.PHONY: help setup packages-and-core demo test test-system test-browser test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm studio-static bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
@@ -88,18 +88,29 @@ packages-and-core: .venv/.compiled .venv/.editable
 demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo/results.json
 	@if [ -t 2 ]; then $(BIN)/needleforce demo --out demo; else $(WATCHED) "demo" --show -- $(BIN)/needleforce demo --out demo; fi
 
-# the packages for the Python tests are fetched while the compiler works
+# what the Python tests need is fetched while the compiler works
 test: setup  ## every test; SHARE=3 with all repetitions of one of 14 shares
-	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages
+	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected
 	@$(MAKE) --no-print-directory test-python
 
 # -O2, as distributions compile: -O3, which the Python module has, takes a fifth longer to compile
-test-cpp: .venv/.build-packages
-	@PYTHON=$(PYTHON) tools/system_packages.sh tests
+test-cpp: .venv/.build-packages test-system
 	@$(WATCHED) "configuring the C++ tests" -- $(BIN)/cmake -S . -B $(CXX_TESTS) $(NINJA) -DNEEDLEFORCE_TESTS=ON -DCMAKE_BUILD_TYPE=Release \
 	  -DCMAKE_CXX_FLAGS_RELEASE="-O2 -DNDEBUG"
 	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS)
 	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --parallel $$(nproc) --output-on-failure
+
+test-system: .venv/.made
+	@PYTHON=$(PYTHON) tools/system_packages.sh tests
+
+# after the other system packages: one installer at a time
+test-browser: test-system
+	@PYTHON=$(PYTHON) tools/system_packages.sh browser || echo "the tests that open a page are skipped"
+
+# after an installation one process compiles what the tests import, else each of those that run them does
+.venv/.collected: .venv/.test-packages
+	@$(BIN)/python -m pytest --collect-only -q > /dev/null || true
+	@touch $@
 
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
@@ -154,8 +165,9 @@ proof-long: proof-sanitized  ## the long walks with sanitizers; SHARE=3 of 14 fo
 proof-threads: proof-tools
 	@$(WATCHED) "threads" --show -- tests/proof/threads.sh $(THREAD_TESTS)
 
+# in two weeks of shares 14 different walks from the same seeds
 proof-fuzz: proof-tools
-	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh 60 1
+	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh 40 $$(($(SHARE) + 1))
 
 fuzz: proof-tools  ## MINUTES=10: the fuzzer alone, for longer
 	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh $$(($(MINUTES) * 60))
@@ -201,7 +213,9 @@ format: .venv/.lint-packages  ## the same, changing files
 	@$(BIN)/ruff format $(PYTHON_SOURCES)
 	@$(BIN)/clang-format -i $(CXX_SOURCES)
 
+# where there is a clang, the first page shows the studio
 docs: setup  ## the pages of docs/ as HTML in build/docs
+	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
 	@$(WATCHED) "packages for the pages" -- $(INSTALL) --requirement docs/requirements.txt
 	@$(WATCHED) "pages" -- $(BIN)/sphinx-build -W --show-traceback docs build/docs
 	@$(WATCHED) "links" --show -- $(BIN)/python tools/check_links.py build/docs

@@ -19,6 +19,7 @@ PACKAGES = (
     ("needleforce.control", "Control", "What a loop needs around an insertion."),
     ("needleforce.export", "Export", "A model as a C++ or C header."),
     ("needleforce.mujoco", "MuJoCo", "A needle in a MuJoCo model."),
+    ("needleforce.studio", "Studio", "The studio's plots in a notebook."),
     ("needleforce.protocol", "Protocols", "An experiment as a file."),
     ("needleforce.rig", "Virtual rig", "The paper's experiment, simulated."),
     ("needleforce.rig.live", "Virtual rig on the network", "The same with servers."),

@@ -9,7 +9,7 @@ sys.path.insert(0, str(Path(__file__).parent))  # for law_pages and mathml
 project = "needleforce"
 author = "The needleforce developers"
 extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_gallery.gen_gallery"]
-extensions += ["law_pages", "api_reference", "program_reference", "mathml", "notebook_files"]
+extensions += ["law_pages", "api_reference", "program_reference", "mathml", "notebook_files", "studio_page"]
 html_theme = "furo"
 html_title = "needleforce"
 html_static_path = ["_static"]

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 CHROMIUM = next((path for path in map(shutil.which, ("chromium", "chromium-browser", "google-chrome")) if path), None)
-WITHOUT = "no chromium to open the page in"
+WITHOUT = "no chromium to open the page in: tools/system_packages.sh browser installs it"
 
 
 @contextmanager

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # What pip cannot bring: for `core` a C++20 compiler and Python with its headers, for `tests` GoogleTest and pkg-config as well, for `proof`
-# clang with its sanitizers and fuzzer, what it needs for WebAssembly, and Node.
-# Installs them where it may, else says in one line what to install.
+# clang with its sanitizers and fuzzer, what it needs for WebAssembly, and Node; for `browser` Chromium, alone.
+# Installs them where it may, else names in one line what to install. Without Chromium the tests that need it are skipped: that is no fault.
 set -eu
 python=${PYTHON:-python3}
 compiler=${CXX:-g++}
@@ -26,6 +26,7 @@ named() {
       "pacman libgtest-dev") echo gtest ;;
       "brew libgtest-dev") echo googletest ;;
       "pacman pkg-config" | "brew pkg-config") echo pkgconf ;;
+      "brew chromium") echo --cask chromium ;;
       *) echo "$each" ;;
     esac
   done | sort -u | xargs
@@ -44,22 +45,27 @@ says_how() {
   echo "needleforce needs these system packages first: ${command% install }" >&2
 }
 
-command -v "$compiler" > /dev/null || needed+=(g++)
-command -v "$python" > /dev/null || needed+=(python3)
-ask 'import ensurepip' || needed+=(python3-venv)
-ask 'import sysconfig, pathlib, sys; sys.exit(not (pathlib.Path(sysconfig.get_path("include")) / "Python.h").exists())' || needed+=(python3-dev)
-[ "${1:-core}" = core ] || has_header gtest/gtest.h || needed+=(libgtest-dev)
-[ "${1:-core}" = core ] || command -v pkg-config > /dev/null || needed+=(pkg-config)
-if [ "${1:-core}" = proof ]; then
-  # a header for each package that brings one
-  clang=/usr/lib/llvm-19/lib/clang/19/lib wasm=/usr/include/wasm32-wasi
-  command -v clang++-19 > /dev/null || needed+=(clang-19)
-  [ -e $clang/linux ] || needed+=(libclang-rt-19-dev)
-  command -v wasm-ld-19 > /dev/null || needed+=(lld-19)
-  [ -e $clang/wasi ] || needed+=(libclang-rt-19-dev-wasm32)
-  [ -e $wasm/stdlib.h ] || needed+=(wasi-libc)
-  [ -e $wasm/c++/v1/variant ] || needed+=(libc++-19-dev-wasm32 libc++abi-19-dev-wasm32)
-  command -v node > /dev/null || needed+=(nodejs)
+what=${1:-core}
+if [ "$what" = browser ]; then
+  command -v chromium > /dev/null || command -v chromium-browser > /dev/null || command -v google-chrome > /dev/null || needed+=(chromium)
+else
+  command -v "$compiler" > /dev/null || needed+=(g++)
+  command -v "$python" > /dev/null || needed+=(python3)
+  ask 'import ensurepip' || needed+=(python3-venv)
+  ask 'import sysconfig, pathlib, sys; sys.exit(not (pathlib.Path(sysconfig.get_path("include")) / "Python.h").exists())' || needed+=(python3-dev)
+  [ "$what" = core ] || has_header gtest/gtest.h || needed+=(libgtest-dev)
+  [ "$what" = core ] || command -v pkg-config > /dev/null || needed+=(pkg-config)
+  if [ "$what" = proof ]; then
+    # a header for each package that brings one
+    clang=/usr/lib/llvm-19/lib/clang/19/lib wasm=/usr/include/wasm32-wasi
+    command -v clang++-19 > /dev/null || needed+=(clang-19)
+    [ -e $clang/linux ] || needed+=(libclang-rt-19-dev)
+    command -v wasm-ld-19 > /dev/null || needed+=(lld-19)
+    [ -e $clang/wasi ] || needed+=(libclang-rt-19-dev-wasm32)
+    [ -e $wasm/stdlib.h ] || needed+=(wasi-libc)
+    [ -e $wasm/c++/v1/variant ] || needed+=(libc++-19-dev-wasm32 libc++abi-19-dev-wasm32)
+    command -v node > /dev/null || needed+=(nodejs)
+  fi
 fi
 
 if [ ${#needed[@]} -gt 0 ]; then

@@ -28,6 +28,7 @@ _HOME = {
     "Insertion": "models.model",
     "FlexibleInsertion": "models.flexible_insertion",
     "LateralLayer": "core",
+    "EventDetector": "core",
     "preset": "preset_files",
     "presets": "preset_files",
     "Motion": "models.simulation",

@@ -1,5 +1,6 @@
 from . import fe as fe
 from . import steering as steering
+from .core import EventDetector as EventDetector
 from .core import LateralLayer as LateralLayer
 from .core import Needle as Needle
 from .core import Sample as Sample

@@ -18,11 +18,11 @@ from needleforce.acquisition import run_writer
 from needleforce.acquisition.motion_sequence import EndReason
 from needleforce.acquisition.settings import Settings
 from needleforce.acquisition.sources.gauge_calibration import read_calibration
+from needleforce.acquisition.sources.opening import DEFAULT_LIMIT_SHARE
 from needleforce.acquisition.sources.reading_checks import LATE_WINDOW
 from needleforce.acquisition.sources.standard_input import StandardInput
 from needleforce.cli import app
 from needleforce.commands import record, rig
-from needleforce.commands.record import DEFAULT_LIMIT_SHARE
 from needleforce.protocol.folder import MAX_UNRECORDED_S, SURFACE_MARGIN_M
 from needleforce.recording.log import LogWriter
 from needleforce.recording.log.mcap_records import MAX_RECORD_BYTES

@@ -12,8 +12,8 @@ from fake_rig import CONFIGURATION, PATIENCE, FakeAxis, FakeSensor, until
 from typer.testing import CliRunner
 
 from needleforce import InputError
+from needleforce.acquisition.sources.opening import standard_input
 from needleforce.cli import app
-from needleforce.commands.record import _standard_input
 from needleforce.recording.log.reader import read_log
 
 RUNS = ["--protocol", "paper", "--folder", "x", "--sensor", "127.0.0.1", "--axis", "127.0.0.1"]
@@ -78,7 +78,7 @@ def test_a_name_too_long_and_one_name_for_two_files_are_refused(tmp_path, page):
 def test_a_closed_standard_input_is_refused(monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "stdin", None)
     with pytest.raises(InputError, match="standard input is closed"):
-        _standard_input(None)
+        standard_input(None)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")

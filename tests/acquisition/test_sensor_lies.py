@@ -18,8 +18,8 @@ from needleforce.acquisition.settings import Settings
 from needleforce.acquisition.sources import net_ft_sensor
 from needleforce.acquisition.sources.axis import AxisClient
 from needleforce.acquisition.sources.net_ft_sensor import SensorClient
+from needleforce.acquisition.sources.opening import force_limit
 from needleforce.acquisition.sources.reading_checks import QuietCheck, ScaleCheck
-from needleforce.commands.record import force_limit
 
 
 def frozen_sequence(sensor, k):

@@ -9,7 +9,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from numpy.polynomial import polynomial as poly
-from scipy.signal import cont2discrete
 from typer.testing import CliRunner
 
 import needleforce as nf
@@ -41,6 +40,8 @@ def continuous(device):
 
 @pytest.mark.parametrize("device", LAGGING)
 def test_the_cycle_is_that_of_scipy(device):
+    from scipy.signal import cont2discrete  # takes a second
+
     rates, inputs = continuous(device)
     n = len(rates)
     cycle, given, *_ = cont2discrete((rates, inputs, np.eye(n), np.zeros((n, 2))), 1.0 / device.rate)

@@ -73,11 +73,16 @@ def specimen():
     return block(40, 0.5, young=80e3)
 
 
-def test_with_the_geometry_the_modulus_is_found_and_a_half_space_gives_too_much(true, specimen):
+@pytest.fixture(scope="module")
+def fitted(true, specimen):
+    """What is found of the recording that is made with no options."""
+    return fe.fit_insertion(specimen, PATH, insertion(true))
+
+
+def test_with_the_geometry_the_modulus_is_found_and_a_half_space_gives_too_much(fitted, many):
     factors = []
-    narrower = [(block(radii, 0.5, 80e3), block(radii, 0.25).condense(FINE_PATH)) for radii in (10, 20)]
-    for start, solid in (*narrower, (specimen, true)):
-        found = fe.fit_insertion(start, PATH, insertion(solid))
+    narrower = [(block(radii, 0.5, 80e3), block(radii, 0.25).condense(FINE_PATH)) for radii in (10, 20)[: many(1, 2)]]
+    for found in (*(fe.fit_insertion(start, PATH, insertion(solid)) for start, solid in narrower), fitted):
         assert modulus(found) == pytest.approx(YOUNG, rel=0.03)
         assert found.parameters.friction_per_length.value == pytest.approx(FRICTION, rel=0.03)
         assert found.parameters.cutting_force.value == pytest.approx(CUTTING, abs=0.01)
@@ -86,7 +91,8 @@ def test_with_the_geometry_the_modulus_is_found_and_a_half_space_gives_too_much(
         assert found.geometry_factor == pytest.approx(found.half_space_modulus / modulus(found))
         factors.append(found.geometry_factor)
     # the walls of the cup are taken for a stiffer tissue
-    assert factors[0] > 1.6 and 1.4 < factors[1] < 1.6 and 1.2 < factors[2] < 1.4
+    assert factors[0] > 1.6 and 1.2 < factors[-1] < 1.4
+    assert all(1.4 < each < 1.6 for each in factors[1:-1])
 
 
 def test_the_wrong_block_gives_the_wrong_modulus(true):
@@ -125,7 +131,7 @@ def made_of(young, friction, cutting, cell, spacing, step, **sensors):
 
 def test_intervals_hold_what_was_made_with_other_spacings_steps_and_cells(specimen, many):
     hits, warned = [], 0
-    for row in ROWS[: many(4, len(ROWS))]:
+    for row in ROWS[: many(2, len(ROWS))]:
         for cell, spacing, step in [(0.25, 0.6e-3, 10e-6), (0.35, 0.75e-3, 4e-6)][: many(1, 2)]:
             found = fe.fit_insertion(specimen, PATH, made_of(*row, cell, spacing, step))
             friction, cutting = found.parameters.friction_per_length, found.parameters.cutting_force
@@ -164,12 +170,12 @@ def test_what_the_model_has_not_is_named_with_its_place(true, specimen):
     assert not any("the tissue does" in text for text in found.warnings)
 
 
-def test_tissue_with_mass_in_an_independent_simulation(specimen):
+def test_tissue_with_mass_in_an_independent_simulation(specimen, many):
     # nodes that stick and slip by another algorithm, a tip that is spread over two spacings, waves
     moving = fe.TissueDynamics(block(40, 1.0), damping=fe.Rayleigh.from_ratios((10.0, 200.0), (0.05, 0.05)))
     path = fe.NeedlePath(LENGTH, 0.75e-3, RADIUS)
     reduced = fe.ReducedTissue(moving, path, modes=20)
-    for speed, dt in ((5e-3, 10e-3), (50e-3, 2e-3)):
+    for speed, dt in ((50e-3, 2e-3), (5e-3, 10e-3))[: many(1, 2)]:
         needle = fe.DynamicInsertion(reduced, path, friction=FRICTION, cutting=CUTTING, dt=dt, theta=1.0)
         run = needle.run(np.concatenate([fe.stroke(b, speed, dt, start=a) for a, b in pairwise(CYCLE)]))
         time = np.arange(run.time[0], run.time[-1], 0.2 * dt)
@@ -314,12 +320,12 @@ def test_shares_of_labels_are_the_change_of_a_tissue_that_is_condensed_again():
     np.testing.assert_allclose(both, solid.condensed.compliance / 3.0, rtol=1e-6)
 
 
-def test_a_recording_and_given_events_are_taken_and_the_result_runs_in_the_loop(true, specimen):
+def test_a_recording_and_given_events_are_taken_and_the_result_runs_in_the_loop(true, specimen, fitted):
     time, depth, force = insertion(true)
-    first = fe.fit_insertion(specimen, PATH, nf.Recording(time=time, depth=depth, force=force))
-    given = fe.fit_insertion(specimen, PATH, (time, depth, force), contact_depth=CONTACT, puncture_depth=7e-3)
-    assert modulus(given) == pytest.approx(modulus(first), rel=0.02)
-    run = fe.CondensedInsertion(first.condensed, first.model).run(motion(CYCLE), np.full(len(depth), 2e-3))
+    recording = nf.Recording(time=time, depth=depth, force=force)
+    given = fe.fit_insertion(specimen, PATH, recording, contact_depth=CONTACT, puncture_depth=7e-3)
+    assert modulus(given) == pytest.approx(modulus(fitted), rel=0.02)
+    run = fe.CondensedInsertion(fitted.condensed, fitted.model).run(motion(CYCLE), np.full(len(depth), 2e-3))
     late = depth > 9e-3 + CONTACT
     assert np.std(run["force"][late] + OFFSET - force[late]) < 6e-3
 

@@ -40,7 +40,9 @@ ALLOWED = {
     "studies": MODELS | {"recording", "identification", "rig", "control", "fe", "running", "state_folder"},
     "references": set(),
     "export": MODELS,
-    "studio": MODELS | {"recording", "segmentation", "identification", "campaign", "export"},
+    "studio": MODELS
+    | {"recording", "segmentation", "identification", "campaign", "export", "wire", "acquisition", "rig"}
+    | {"steering", "fe"},
 }
 # the step back: identify() reads the bench tests it is given
 EXCEPTIONS = {("identification", "bench_tests")}

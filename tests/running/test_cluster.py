@@ -12,11 +12,16 @@ import worker_tasks
 import needleforce as nf
 from needleforce.running import TaskError, run_tasks, workers
 
-distributed = pytest.importorskip("distributed", reason="distributed is an optional extra")
+pytestmark = pytest.mark.usefixtures("distributed")
 
 
 @pytest.fixture(scope="module")
-def cluster():
+def distributed():
+    return pytest.importorskip("distributed", reason="distributed is an optional extra")
+
+
+@pytest.fixture(scope="module")
+def cluster(distributed):
     with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address="127.0.0.1:0") as made:
         yield made
 
@@ -62,7 +67,7 @@ def test_a_scheduler_that_does_not_answer_is_refused(cluster, monkeypatch):
 WITHOUT = "import sys; sys.modules['needleforce'] = None; from distributed.cli.dask_worker import main; main()"
 
 
-def test_a_worker_without_needleforce_is_refused():
+def test_a_worker_without_needleforce_is_refused(distributed):
     with distributed.LocalCluster(n_workers=0, dashboard_address="127.0.0.1:0") as empty:
         arguments = [empty.scheduler_address, "--no-nanny", "--no-dashboard", "--nthreads", "1"]
         worker = subprocess.Popen([sys.executable, "-c", WITHOUT, *arguments], stderr=subprocess.DEVNULL)

@@ -2,7 +2,6 @@
 """Recordings with and without a puncture by closed formulas, for false alarms and power of the detection."""
 
 import numpy as np
-from scipy.signal import lfilter
 
 from needleforce.recording.recording import Recording
 
@@ -74,6 +73,8 @@ def disturbance(kind, time, peak, random):
     size = peak * float(np.exp(random.uniform(np.log(1e-3), np.log(0.1))))
     noise = random.normal(0.0, size, len(time))
     if kind == "correlated":
+        from scipy.signal import lfilter  # takes a second
+
         share = random.uniform(0.3, 0.95)
         return lfilter([np.sqrt(1.0 - share**2)], [1.0, -share], noise)
     if kind == "filtered":

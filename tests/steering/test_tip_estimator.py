@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The tip in the loop: late and seldom readings, wrenches, readings of another frame, and measured insertions."""
+"""The tip in the loop: late and seldom readings, wrenches, and readings of another frame."""
 
+import functools
 import math
 
 import numpy as np
@@ -38,8 +39,13 @@ def rig_model(tmp_path_factory):
     return identify(read(file), SteeringPhantom().needle).model
 
 
-def followed(model, number, *, every, delay, wrench=False):
-    """Errors [m] and their squares over the expected ones along a steered insertion of the rig."""
+@pytest.fixture(scope="module")
+def followed(rig_model):
+    """Errors [m] and their squares over the expected ones along a steered insertion of the rig; each is made once."""
+    return functools.cache(functools.partial(_followed, rig_model))
+
+
+def _followed(model, number, *, every, delay, wrench=False):
     insertion, rng, base = steering_insertion(1, number), np.random.default_rng(number), np.zeros(2)
     insertion.advance(0.0, base)
     estimator = TipEstimator(model, entry=(*insertion.tip[:2], 0.0), **QUIET)
@@ -63,11 +69,11 @@ def followed(model, number, *, every, delay, wrench=False):
     return errors, ratios
 
 
-def test_seldom_and_late_readings_hold_the_tip_within_its_stated_uncertainty(rig_model, many):
+def test_seldom_and_late_readings_hold_the_tip_within_its_stated_uncertainty(followed, many):
     alone, read_seldom, ratios = [], [], []
     for number in range(300, many(302, 306)):
-        alone += followed(rig_model, number, every=0, delay=0)[0]
-        errors, each = followed(rig_model, number, every=4, delay=1)
+        alone += followed(number, every=0, delay=0)[0]
+        errors, each = followed(number, every=4, delay=1)
         read_seldom += errors
         ratios += each
     rms = [1e3 * np.sqrt(np.mean(np.square(each))) for each in (alone, read_seldom)]
@@ -75,11 +81,9 @@ def test_seldom_and_late_readings_hold_the_tip_within_its_stated_uncertainty(rig
     assert 0.2 < np.mean(ratios) < 2.5  # 1 if all is as assumed; the rig's tissue is uneven in its own way
 
 
-def test_wrench_alone_is_no_harm(rig_model):
+def test_wrench_alone_is_no_harm(followed):
     errors = [
-        followed(rig_model, number, every=0, delay=0, wrench=wrench)[0]
-        for number in range(300, 304)
-        for wrench in (False, True)
+        followed(number, every=0, delay=0, wrench=wrench)[0] for number in range(300, 304) for wrench in (False, True)
     ]
     without, with_wrench = np.concatenate(errors[::2]), np.concatenate(errors[1::2])
     assert np.sqrt(np.mean(with_wrench**2)) < 1.15 * np.sqrt(np.mean(without**2))
@@ -153,28 +157,3 @@ def test_bad_settings_are_named():
             estimator.read_tip(wrong)
     with pytest.raises(nf.InputError, match="wrench"):
         estimator.read_wrench(np.zeros(5))
-
-
-def test_measured_tips_that_come_late_improve_on_the_prediction(recordings):
-    # every third tip with its slope, one step late; compared with the tips that it did not see
-    paths = {path.name: path for path in read(recordings / "needle-steering" / "stepwise_insertions.csv")}
-    training = [path for name, path in paths.items() if name.startswith("phantomA_open")]
-    training += [paths["phantomA_closedloop_01"], paths["phantomA_closedloop_05"]]
-    needle = nf.Needle(1.27e-3, 0.0, 0.6, 0.0206518 * 64.0 / (math.pi * 1.27e-3**4))
-    model = identify(training, needle).model
-    assert model.values["lead"] > 0.9  # these tips were read after the next motion of the base
-    errors = [[], []]
-    for held in (paths["phantomA_closedloop_02"], paths["phantomA_closedloop_04"]):
-        base, entry = held.base - held.base[0], held.tip[0] - [0.0, 0.0, held.start]
-        after = np.vstack([base[1:], base[-1:]])
-        pair = [TipEstimator(model, entry=entry, longest_delay=60.0) for _ in range(2)]
-        for row in range(1, len(held)):
-            for each, off in zip(pair, errors):
-                for depth in np.linspace(held.depth[row - 1], held.depth[row], 6):
-                    each.step(depth, base[row], dt=0.5)
-                each.step(held.depth[row], after[row], dt=0.5)
-                off.append(np.hypot(*(each.estimate.tip - held.tip[row])[:2]))
-            if row % 3 == 0:
-                assert pair[1].read_tip(held.tip[row - 1], age=3.5, slope=held.slope[row - 1])
-    alone, corrected = (np.sqrt(np.mean(np.square(each))) for each in errors)
-    assert corrected < 0.5 * alone

@@ -2,6 +2,7 @@
 """The simulator in Chromium: what a reader does, and that the page then says what the Python package says."""
 
 import re
+import runpy
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -11,10 +12,12 @@ from browser import served, shows
 import needleforce as nf
 from needleforce.export import header
 from needleforce.models.laws import FAMILIES
+from needleforce.preset_files.schema import tips
 from needleforce.studio.page_files import page_files, write_static
 
 PARTS = ("force", "stiffness", "friction", "cutting")
 MAX_PAGE_BYTES = 400_000  # without the compiled core
+MAX_PICTURE_BYTES = 150_000
 # the text of a link to a state; layers that are named instead of given are the preset's with a half angle of 9 rad
 LINK = """async (state) => {
   const tables = await (await fetch("tables.json")).json();
@@ -31,6 +34,18 @@ EVERY_PRESET = """async () => {
   const model = (name) => fromPreset(tables, name);
   return Object.keys(tables.presets).map((name) =>
     [name, presetText(tables, model(name)), headerText(tables, model(name))]);
+}"""
+# each tip of the tables where its control begins, in the model of blunted_cone: heights as drawn, preset and header
+EVERY_TIP = """async (radii) => {
+  const { HEIGHTS, tipOutline } = await import("./tip.js"), { begun, fromPreset } = await import("./model.js");
+  const { presetText, headerText } = await import("./exports.js"), tables = await (await fetch("tables.json")).json();
+  return Object.keys(tables.tips).map((name) => {
+    const model = fromPreset(tables, "blunted_cone"), { stiffness } = model.layers[0];
+    const tip = begun(tables, tables.tips, name);
+    stiffness.tip = tip;
+    const drawn = tipOutline(stiffness, null).points.every((point) => point.every(Number.isFinite));
+    return [tip, radii.map((r) => HEIGHTS[name](tip, r)), drawn, presetText(tables, model), headerText(tables, model)];
+  });
 }"""
 NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[+-]?\d+)?(?![\w.])")
 
@@ -215,6 +230,47 @@ def test_every_preset_leaves_as_the_file_and_header_that_python_writes(opened, t
         assert [*map(float, NUMBER.findall(got))] == [*map(float, NUMBER.findall(written))], name
 
 
+def test_every_tip_is_drawn_and_leaves_as_python_has_it(opened, tmp_path):
+    radii = [0.0, 0.04e-3, 0.12e-3, 0.3e-3]
+    page = opened()
+    found = page.evaluate(EVERY_TIP, radii)
+    kinds = {kind.name: kind for kind in tips()}
+    assert {tip["name"] for tip, *_ in found} == set(kinds)
+    for tip, heights, drawn, preset, constants in found:
+        ours = kinds[tip.pop("name")](**tip)
+        wanted = ours.height(np.array(radii))
+        if ours.name == "lancet_bevel":  # drawn as the plane that it is; Python's height is that of its equivalent cone
+            wanted = np.array(radii) / np.tan(ours.half_angle)
+        assert heights == pytest.approx(wanted, rel=1e-12, abs=1e-18) and drawn, ours.name
+        (tmp_path / "page.toml").write_text(preset, encoding="utf-8")
+        model = nf.preset(tmp_path / "page.toml")
+        assert model.stiffness.tip == ours
+        texts = (header(model, "c++", "studio_model"), constants)
+        written, got = (text.split("// clang-format off")[1] for text in texts)
+        assert NUMBER.sub("#", got) == NUMBER.sub("#", written), ours.name
+        assert [*map(float, NUMBER.findall(got))] == [*map(float, NUMBER.findall(written))], ours.name
+
+
+def test_the_knots_of_a_measured_tip_are_typed(opened, tmp_path):
+    page = opened()
+    page.select_option("#preset", "blunted_cone")
+    page.select_option("#layer0-stiffness-tip", "profile")
+    knots = page.locator("#layer0-stiffness-tip-knots")
+    for text, place, words in (
+        ("0 0\n0.2", "-knots-why", "Each line is a radius and a height in mm"),
+        ("0 0\n0.2 0.5\n0.35 0.6", "", "the slope falls"),  # which the core refuses
+        ("0 0\n0,2 0,1\n0.35 0.6", "", ""),
+    ):
+        knots.fill(text)
+        knots.blur()
+        assert words in page.inner_text("#layer0-stiffness-tip" + place if place else "#refusal")
+    got = columns(exported(page, "csv", tmp_path))
+    model = nf.preset(exported(page, "preset", tmp_path))
+    assert model.stiffness.tip.heights == pytest.approx([0.0, 1e-4, 6e-4])
+    ours = nf.Insertion(model).run(got["depth"], None, np.full(len(got["depth"]), 1e-3))
+    assert got["force"] == pytest.approx(ours["force"], rel=1e-9, abs=1e-10)
+
+
 def test_a_changed_model_leaves_under_another_name(opened, tmp_path):
     page = opened()
     page.fill("#layer0-cutting-force", "0.1")
@@ -235,16 +291,86 @@ def test_the_page_is_light_and_the_same_on_any_web_server(browser, wasm, tmp_pat
     files = page_files(wasm)
     assert sum(len(content) for name, content in files.items() if not name.endswith(".wasm")) <= MAX_PAGE_BYTES
     written = write_static(tmp_path / "static", wasm)
-    assert {path.relative_to(tmp_path / "static").as_posix() for path in written} == set(files)
+    assert {path.relative_to(tmp_path / "static").as_posix() for path in written} == {*files, "solid.json"}
     with served(tmp_path / "static") as place:
         page = browser.new_page()
         page.goto(place)
         page.wait_for_selector("#simulator:not([hidden])")
         shows(page, "#events", "puncture at 3.2")
-        assert not page.is_visible("#views")  # without the studio's server there is nothing that identifies
+        assert not page.is_visible("#to-analyse")  # without the studio's server there is nothing that identifies
+        page.click("#to-steering")
+        shows(page, "#steer-words", "Planning needs the studio's own server")
+        assert page.is_disabled("#steer-plan")
+        page.select_option("#steer-needle", "solid")
+        shows(page, "#steer-moved", "tissue moved")
         page.close()
+
+
+def test_a_page_embeds_the_simulator_when_asked_and_in_its_colours(browser, wasm, root, tmp_path):
+    from playwright.sync_api import expect
+
+    write_static(tmp_path / "studio", wasm)
+    (tmp_path / "studio.js").write_bytes((root / "docs" / "_static" / "studio.js").read_bytes())
+    place = re.search(r"(<p class=\"studio-here\">.*?</p>)", (root / "docs" / "index.md").read_text("utf-8"), re.S)[1]
+    page_of_docs = f"<!doctype html><body data-theme=auto>{place}<script src=studio.js></script>"
+    (tmp_path / "index.html").write_text(page_of_docs, encoding="utf-8")
+    with served(tmp_path) as address:
+        page, loaded = browser.new_page(), []
+        page.on("request", lambda each: loaded.append(each.url))
+        page.goto(address)
+        assert not any("/studio/" in each for each in loaded)
+        page.click("text=Push the needle here")
+        studio = page.frame_locator("iframe")
+        expect(studio.locator("#events")).to_contain_text("puncture at 3.2", timeout=60_000)
+        for theme, paper in (("dark", "rgb(22, 25, 28)"), ("light", "rgb(255, 255, 255)")):
+            page.evaluate("(theme) => { document.body.dataset.theme = theme; }", theme)
+            expect(studio.locator("body")).to_have_css("background-color", paper)
+        page.close()
+
+
+def test_the_picture_of_the_readme_is_drawn(browser, address, root, tmp_path):
+    shoot = runpy.run_path(str(root / "tools" / "studio_picture.py"))["shoot"]
+    for path in shoot(browser, address, tmp_path):
+        assert 30_000 < path.stat().st_size < MAX_PICTURE_BYTES
+        assert (root / "docs" / "figures" / path.name).stat().st_size < MAX_PICTURE_BYTES
+
+
+def test_a_telephone_drags_the_needle_and_keeps_the_curve_in_sight(browser, address):
+    """By touch, without scrolling the page; and where a reader wants no motion, an insertion is there at once."""
+    from playwright.sync_api import expect
+
+    telephone = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}
+    context = browser.new_context(**telephone, reduced_motion="reduce")
+    page = context.new_page()
+    page.goto(address)
+    shows(page, "#events", "puncture at 3.2")
+    touch = context.new_cdp_session(page)
+    box = page.locator("#section").bounding_box()
+    x, y = box["x"] + 0.5 * box["width"], box["y"] + 40
+    for kind, moved in (("touchStart", 0), *(("touchMove", 10 * step) for step in range(1, 20)), ("touchEnd", None)):
+        points = [] if moved is None else [{"x": x, "y": y + moved}]
+        touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+    expect(page.locator("#events")).to_have_text(re.compile(r"^contact at 0\.0\d mm(?!.*exit)"), timeout=60_000)
+    assert page.evaluate("scrollY") == 0
+    page.click("#fast")
+    shows(page, "#events", "exit at 0.00 mm")
+    assert page.is_disabled("#skip")
+    assert page.evaluate("document.documentElement.scrollWidth") == 390
+    page.locator("#layer0-cutting-unloading-slider").scroll_into_view_if_needed()
+    assert 0 <= page.locator("#over-depth").bounding_box()["y"] < 300
+    context.close()
 
 
 def test_a_browser_without_webassembly_is_told_so(opened):
     page = opened(more="delete window.WebAssembly")
     assert "this browser has no WebAssembly" in page.inner_text("#trouble") and not page.is_visible("#simulator")
+
+
+@pytest.mark.parametrize("lost", ["tables.json", "core/needleforce.wasm"])
+def test_a_page_without_all_its_files_says_which_is_missing(browser, address, lost):
+    page = browser.new_page()
+    page.route(f"**/{lost}", lambda route: route.fulfill(status=404, body="not here"))
+    page.goto(address)
+    shows(page, "#trouble", f"{lost} is not there")
+    assert not page.is_visible("#loading") and not page.is_visible("#simulator")
+    page.close()

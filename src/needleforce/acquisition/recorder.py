@@ -21,7 +21,7 @@ from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run import POLL_INTERVAL_S, Run
 from .run_writer import RunWriter
 from .safety_monitor import SafetyMonitor
-from .settings import Progress, RestBias, RunResult, Settings
+from .settings import Progress, RestBias, RunResult, Settings, Written
 from .sources.source import ForceSample, ForceSource, MotionAxis
 
 MIN_READINGS_AT_REST = 10
@@ -41,6 +41,7 @@ def record_run(
     view: Callable[[Progress], None] | None = None,
     stop: threading.Event | None = None,
     when_withdrawn: Callable[[], None] | None = None,
+    feed: Callable[[Written], None] | None = None,
 ) -> RunResult:
     """Record one run: the bias at rest, then the moves.
 
@@ -70,6 +71,8 @@ def record_run(
     when_withdrawn : callable, optional
         Called before the bias, when the needle is withdrawn, such as to go to another site; the axis must not move it
         into the tissue.
+    feed : callable, optional
+        Called with all that was written, about fifty times a second; it must return at once.
 
     Returns
     -------
@@ -111,6 +114,7 @@ def record_run(
                 bias=bias,
                 settings=settings,
                 view=view,
+                feed=feed,
             )
             motion = MotionSequence(axis, moves, settings.silence, monitor.send_move) if moves else None
             return run.run(motion, stop)

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """A run in progress: writes what was received, checks for what ends the run, then waits until the axis rests."""
 
+import contextlib
 import math
 import threading
 import time
@@ -19,7 +20,8 @@ from .axis_check import REACTION_TIME_S, StopReport
 from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run_writer import FILE_ENDS, RunWriter
 from .safety_monitor import SafetyMonitor
-from .settings import Progress, RestBias, RunResult, Settings
+from .settings import Progress, RestBias, RunResult, Settings, Written
+from .sources.source import ForceSample
 
 POLL_INTERVAL_S = 0.02
 _VIEW_INTERVAL_S = 0.125
@@ -45,9 +47,11 @@ class Run:
         bias: RestBias,
         settings: Settings,
         view: Callable[[Progress], None] | None,
+        feed: Callable[[Written], None] | None,
     ):
         self._path, self._run_writer, self._monitor = path, run_writer, monitor
         self._bias, self._settings, self._view = bias, settings, view
+        self._feed = feed
         self._begun = self._flushed = time.monotonic()
         self._processor_time = time.process_time()
         self._viewed = self._peak = self._force = 0.0
@@ -101,8 +105,8 @@ class Run:
         if forces:
             self._force = forces[-1]
             self._peak = max(self._peak, *forces, key=abs)
-        self._run_writer.force(samples)
-        self._write_states(states, now)
+        new = self._run_writer.force(samples)
+        timed = self._write_states(states, now)
         self._add_to_turn([each for each in zip(samples, forces) if each[0].fresh], states)
         for name in self._monitor.frozen_axes[len(self._frozen) :]:
             self._frozen.append(name)
@@ -111,15 +115,17 @@ class Run:
             self._flushed = now
             self._run_writer.flush()
         self._show(now)
+        self._feed_on(now, new, timed)
 
-    def _write_states(self, states: list[tuple[AxisState, int]], now: float) -> None:
-        self._run_writer.axis(states)
+    def _write_states(self, states: list[tuple[AxisState, int]], now: float) -> list[tuple[AxisState, int]]:
+        timed = self._run_writer.axis(states)
         if states:
             self._state = states[-1][0]
         if self._motion:
             self._motion.add_states(states, now)
         if self._monitor.axis_error and not states:
             raise RunEnded(EndReason.AXIS_LOST, str(self._monitor.axis_error))
+        return timed
 
     def _add_to_turn(self, readings: list, states: list[tuple[AxisState, int]]) -> None:
         """Keep force and depth of the first withdrawal for a while."""
@@ -168,6 +174,7 @@ class Run:
             self._run_writer.close(ended.reason, end_entries(result))
         except RunEnded as later:
             result = self._result(_reported(ended, later), stop)
+        self._feed_on(time.monotonic(), [], [])  # the marks of the end
         return result
 
     def _watch_stop(self, ended: RunEnded) -> tuple[RunEnded, StopReport]:
@@ -245,8 +252,24 @@ class Run:
         if self._view is None or now - self._viewed < _VIEW_INTERVAL_S:
             return
         self._viewed = now
+        try:
+            self._view(self._progress(now))
+        except Exception as error:  # the terminal is gone; the recording continues without a view
+            self._view = None
+            if not (self._ending or isinstance(error, OSError)):
+                raise
+
+    def _feed_on(self, now: float, new: list[tuple[ForceSample, int]], states: list[tuple[AxisState, int]]) -> None:
+        """Feed what was written; whoever watches cannot end the run."""
+        marks, self._run_writer.marks = self._run_writer.marks, []
+        if self._feed is not None:
+            forces = [self._monitor.axial(sample) for sample, _ in new]
+            with contextlib.suppress(Exception):
+                self._feed(Written(new, forces, states, marks, self._progress(now)))
+
+    def _progress(self, now: float) -> Progress:
         counts = self._run_writer.check.total
-        progress = Progress(
+        return Progress(
             seconds=now - self._begun,
             received=counts.received,
             lost=counts.lost,
@@ -255,12 +278,6 @@ class Run:
             phase=self._motion.phase if self._motion else None,
             bias=self._settings.sign * self._bias.wrench[self._settings.column],
         )
-        try:
-            self._view(progress)
-        except Exception as error:  # the terminal is gone; the recording continues without a view
-            self._view = None
-            if not (self._ending or isinstance(error, OSError)):
-                raise
 
 
 def _reported(first: RunEnded, later: RunEnded) -> RunEnded:

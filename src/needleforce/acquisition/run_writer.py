@@ -43,10 +43,14 @@ class DeviceClock:
 
 
 class RunWriter:
-    """Writes one run with ``writer``, a LogWriter. Raises RunEnded if the writer fails."""
+    """Writes one run with ``writer``, a LogWriter. Raises RunEnded if the writer fails.
+
+    ``marks`` are those that were written since they were taken: arrival [ns], kind and facts.
+    """
 
     def __init__(self, writer: Any, source: ForceSource):
         self.check = SequenceCheck()
+        self.marks: list[tuple[int, str, dict[str, Any]]] = []
         self.pairs: list[tuple[int, int]] = []  # time of the sensor and arrival [ns], of some readings
         self._pair_interval = _PAIR_INTERVAL
         self._writer, self._source = writer, source
@@ -77,10 +81,11 @@ class RunWriter:
         """Time [s] for which this computer's receive buffer holds unread readings."""
         return getattr(self._source, "buffer", math.inf)
 
-    def force(self, samples: list[ForceSample]) -> None:
-        """Write the readings except duplicated ones, and mark faults and losses; all are counted before any is written,
-        because a disk that is full loses no packet."""
-        before = self.check.received
+    def force(self, samples: list[ForceSample]) -> list[tuple[ForceSample, int]]:
+        """Write the readings except duplicated ones, and mark faults and losses; returns those that it wrote, each with
+        its time [ns] on this computer's clock. All are counted before any is written, because a disk that is full loses
+        no packet."""
+        before, written = self.check.received, []
         new = [each for each in samples if self.check.add(each.sequence, each.arrival) is not Kind.DUPLICATED]
         for count, sample in enumerate(new, before + 1):
             self._arrival = max(self._arrival, sample.arrival)
@@ -88,14 +93,17 @@ class RunWriter:
             stamp = self._clock.host(sample.device, sample.arrival)
             record = sample.sequence, sample.arrival, sample.device, stamp, sample.wrench
             self._write("wrench", *record)
+            written.append((sample, stamp))
             if not count % self._pair_interval:
                 self.pairs.append((sample.device, sample.arrival))
         if len(self.pairs) > _MAX_PAIRS:
             self.pairs, self._pair_interval = self.pairs[::2], 2 * self._pair_interval
         self._mark_seconds()
+        return written
 
-    def axis(self, states: list[tuple[AxisState, int]]) -> None:
-        """Write states, and mark the axis' condition where it changes."""
+    def axis(self, states: list[tuple[AxisState, int]]) -> list[tuple[AxisState, int]]:
+        """Write states, and mark the axis' condition where it changes; returns them with times, as ``force``."""
+        written = []
         for state, arrival in states:
             self._arrival = max(self._arrival, arrival)
             if state.condition != self._condition:
@@ -105,6 +113,8 @@ class RunWriter:
             stamp = self._axis_clock.host(device, arrival)
             record = state.number, arrival, device, stamp, state.depth, state.velocity
             self._write("state", *record)
+            written.append((state, stamp))
+        return written
 
     def bias(self, bias: RestBias) -> None:
         """Mark the bias."""
@@ -119,6 +129,7 @@ class RunWriter:
     def mark(self, kind: str, **facts: Any) -> None:
         """Write a mark at the time of the last arrival."""
         self._write("mark", self._arrival, kind, **facts)
+        self.marks.append((self._arrival, kind, facts))
 
     def flush(self) -> None:
         """Pass everything written so far to the system, so that it survives a crash of this program."""

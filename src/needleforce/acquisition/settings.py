@@ -4,16 +4,17 @@
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ..checks import within
 from ..errors import InputError
 from ..files import MAX_PART_SAMPLES
 from ..recording.card import check_filter_length
-from ..wire.axis_lines import MAX_SILENCE_S
+from ..wire.axis_lines import MAX_SILENCE_S, AxisState
 from ..wire.net_ft import AXES
 from .axis_check import StopReport
 from .motion_sequence import EndReason
+from .sources.source import ForceSample
 
 
 @dataclass(frozen=True)
@@ -185,3 +186,14 @@ class Progress(NamedTuple):
     depth: float | None
     phase: str | None
     bias: float
+
+
+class Written(NamedTuple):
+    """What a run wrote since the last call: readings with the times in the file [ns] and the axial force [N] of each,
+    states of the axis with their times [ns], and marks with time [ns], kind and facts."""
+
+    samples: list[tuple[ForceSample, int]]
+    forces: list[float]
+    states: list[tuple[AxisState, int]]
+    marks: list[tuple[int, str, dict[str, Any]]]
+    progress: Progress

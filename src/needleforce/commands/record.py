@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 import typer
 
+from ..acquisition.sources.opening import DEFAULT_LIMIT_SHARE, force_limit, open_sources
 from ..errors import InputError
 from ..files import MAX_PART_SAMPLES
 from .flags import takes_flags
@@ -19,16 +20,11 @@ from .output import JSON_HELP, check_outputs, live_view, say, write_json
 if TYPE_CHECKING:
     from ..acquisition.settings import Progress, RunResult, Settings
     from ..acquisition.sources.source import MotionAxis
-    from ..acquisition.sources.standard_input import StandardInput
     from ..protocol.protocol import Protocol
     from ..protocol.session import CampaignOutcome
-    from ..wire.net_ft import SensorConfiguration
 
 SENSOR_HELP = "HOST or HOST:PORT of a Net F/T sensor (RDT over UDP)."
 PAGE_HELP = "Configuration of the sensor: a URL or a saved netftapi2.xml; default: the page of the sensor's host."
-DEFAULT_LIMIT_SHARE = 0.8  # of the sensor's rated range: the default force limit
-MAX_DEFAULT_LIMIT_N = 100.0  # that an axis gets without being asked for: published needle forces are smaller
-_MAX_COUNT = 2**31  # of a reading
 
 DEFAULT_LIMIT = f"{100 * DEFAULT_LIMIT_SHARE:g} % of the sensor's rated range"
 LIMIT_HELP = f"Axial force minus bias at which the axis stops; default: {DEFAULT_LIMIT}."
@@ -37,18 +33,12 @@ GAP_HELP = "Time without a usable reading after which a moving axis is stopped."
 SAME_SITE_HELP = "If no spare site is left, insert into the hole of an aborted run."
 
 
-class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
-    """The flags of ``record``."""
+class SourceFlags(msgspec.Struct, frozen=True, kw_only=True):
+    """The flags that name a sensor and an axis, and what stops the axis."""
 
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="MCAP file to write; it must not exist.")] = None
     sensor: Annotated[str | None, typer.Option(help=SENSOR_HELP)] = None
     sensor_page: Annotated[str, typer.Option(help=PAGE_HELP)] = ""
     axis: Annotated[str | None, typer.Option(help="HOST or HOST:PORT of a motion axis.")] = None
-    depth_mm: Annotated[float | None, typer.Option(help="Maximum depth of the insertion.")] = None
-    speed_mm_s: Annotated[float | None, typer.Option(help="Speed of insertion and withdrawal.")] = None
-    hold_s: Annotated[float, typer.Option(help="Hold at the maximum depth.")] = 0.0
-    start_mm: Annotated[float, typer.Option(help="Depth of the tip at the start and at the end.")] = -5.0
-    duration_s: Annotated[float | None, typer.Option(help="Duration without motion; default: until Ctrl-C.")] = None
     force_limit_n: Annotated[float | None, typer.Option("--force-limit-N", help=LIMIT_HELP)] = None
     steady_n: Annotated[float, typer.Option("--steady-N", help="Largest change of the force during the bias.")] = 0.05
     max_force_gap_s: Annotated[float, typer.Option(help=GAP_HELP)] = 0.25
@@ -56,6 +46,19 @@ class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
     bias_s: Annotated[float, typer.Option(help="Time at rest to measure the bias; 0 for none.")] = 0.5
     axial: Annotated[str, typer.Option(help="Axis of the sensor along the needle: fz, -fz, fx, …")] = "fz"
     filter_length: Annotated[int, typer.Option(help="Samples in the sensor's average filter.")] = 1
+    needle: Annotated[str, typer.Option(help="Description of the needle, for the card.")] = ""
+    tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = ""
+
+
+class RecordFlags(SourceFlags, frozen=True, kw_only=True):
+    """The flags of ``record``."""
+
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="MCAP file to write; it must not exist.")] = None
+    depth_mm: Annotated[float | None, typer.Option(help="Maximum depth of the insertion.")] = None
+    speed_mm_s: Annotated[float | None, typer.Option(help="Speed of insertion and withdrawal.")] = None
+    hold_s: Annotated[float, typer.Option(help="Hold at the maximum depth.")] = 0.0
+    start_mm: Annotated[float, typer.Option(help="Depth of the tip at the start and at the end.")] = -5.0
+    duration_s: Annotated[float | None, typer.Option(help="Duration without motion; default: until Ctrl-C.")] = None
     source: Annotated[str | None, typer.Option("--from", help="Source other than a sensor: - for standard input.")] = (
         None
     )
@@ -63,8 +66,6 @@ class RecordFlags(msgspec.Struct, frozen=True, kw_only=True):
     protocol: Annotated[str | None, typer.Option(help="Protocol of several runs: paper, or a file.")] = None
     folder: Annotated[Path | None, typer.Option(help="Folder for the recordings of a protocol.")] = None
     same_site: Annotated[bool, typer.Option("--same-site", help=SAME_SITE_HELP)] = False
-    needle: Annotated[str, typer.Option(help="Description of the needle, for the card.")] = ""
-    tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = ""
     part_s: Annotated[float, typer.Option(help="Time after which the recording continues in the next file.")] = math.inf
     part_readings: Annotated[int, typer.Option(help="Readings after which it does.")] = MAX_PART_SAMPLES
     plain: Annotated[bool, typer.Option("--plain", help="Print one line per second instead of a panel.")] = False
@@ -87,7 +88,7 @@ def run(given: RecordFlags) -> None:
     check_outputs([given.output, given.json])
     _check_usage(given)
     planned = read_protocol(given.protocol) if given.protocol else None  # before the network is used
-    open_sources, configuration = sources(given.sensor, given.sensor_page, given.axis, given.calibration)
+    opened, configuration = open_sources(given.sensor, given.sensor_page, given.axis, given.calibration)
     chosen = given.force_limit_n if given.force_limit_n is not None or planned is None else planned.force_limit
     limit, limit_source = force_limit(chosen, configuration, planned.axial if planned else given.axial, given.axis)
     settings = Settings(
@@ -105,7 +106,7 @@ def run(given: RecordFlags) -> None:
     )
     with live_view(given.plain) as view:
         if given.protocol:
-            done = _run_protocol(planned, given.folder, open_sources, settings, view=view, same_site=given.same_site)
+            done = _run_protocol(planned, given.folder, opened, settings, view=view, same_site=given.same_site)
             write_json(done.to_json(), given.json)
             _exit(done.complete, done.rest_confirmed)
             return
@@ -115,7 +116,7 @@ def run(given: RecordFlags) -> None:
             "tissue": given.tissue,
             "rig": f"{given.sensor or 'standard input'}, {given.axis or 'no axis'}",
         }
-        force, motion = open_sources()
+        force, motion = opened()
         say(f"force limit {limit:.4g} N ({limit_source})" + (_stop_text(motion, moves) if moves else ""))
         outcome = record_run(given.output, force, motion, moves=moves, card=card, settings=settings, view=view)
     completed = [EndReason.DONE, EndReason.INTERRUPTED] + ([] if moves else [EndReason.SOURCE_ENDED])
@@ -185,7 +186,7 @@ def _moves(start_mm: float, depth_mm: float, speed_mm_s: float, hold_s: float) -
 def _run_protocol(
     planned: "Protocol",
     folder: Path,
-    open_sources: Callable[[], tuple],
+    opened: Callable[[], tuple],
     settings: "Settings",
     *,
     view: "Callable[[Progress], None] | None",
@@ -200,7 +201,7 @@ def _run_protocol(
             raise KeyboardInterrupt from None
 
     ask = confirm if sys.stdin and sys.stdin.isatty() else None
-    return run_protocol(planned, folder, open_sources, settings, view=view, ask=ask, say=say, same_site=same_site)
+    return run_protocol(planned, folder, opened, settings, view=view, ask=ask, say=say, same_site=same_site)
 
 
 def _print_outcome(outcome: "RunResult") -> None:
@@ -224,89 +225,3 @@ def _print_outcome(outcome: "RunResult") -> None:
         say(f"warning: the receive buffer holds only {outcome.buffer:.2f} s of packets; {advice}")
     gap = f"{1e3 * outcome.longest_own_gap:.1f} ms"
     say(f"longest delay in this program: {gap}; processor load: {100 * outcome.cpu_share:.0f} %")
-
-
-def sources(
-    sensor: str | None, page: str, axis: str | None, calibration: Path | None
-) -> tuple[Callable[[], tuple], "SensorConfiguration | None"]:
-    """A function that opens force source and axis for a run, and the sensor's configuration.
-
-    ``sensor`` None means standard input, without a configuration. Raises InputError for an invalid address, for an
-    incomplete configuration, and, when a run is opened, for one that has changed.
-    """
-    from ..acquisition.sources.axis import AxisClient
-    from ..acquisition.sources.net_ft_sensor import SensorClient, read_configuration
-    from ..wire import axis_lines, net_ft
-
-    axis_address = address(axis, axis_lines.PORT) if axis else None
-    if sensor is None:
-        lines = _standard_input(calibration)  # one for all runs, because the header arrives once
-        return lambda: (lines, AxisClient(*axis_address) if axis_address else None), None
-    host, port = address(sensor, net_ft.PORT)
-    configuration = read_configuration(host, page)
-    watched = page or f"http://{host}/{net_ft.PAGE}"
-
-    def opened() -> tuple:
-        if read_configuration(host, page) != configuration:
-            limit, advice = "the sensor was exchanged or set up anew", "Start again."
-            raise InputError("sensor's configuration", "changed", limit, next_step=advice)
-        return SensorClient(host, port, configuration, watched), AxisClient(*axis_address) if axis_address else None
-
-    return opened, configuration
-
-
-def _standard_input(calibration: Path | None) -> "StandardInput":
-    from ..acquisition.sources.gauge_calibration import read_calibration
-    from ..acquisition.sources.standard_input import StandardInput
-
-    if sys.stdin is None:
-        raise InputError("standard input", "closed", next_step="Pipe the output of a program into this command.")
-    return StandardInput(sys.stdin.buffer, read_calibration(calibration) if calibration else None)
-
-
-def address(text: str, port: int) -> tuple[str, int]:
-    """HOST and PORT of HOST[:PORT]. Raises InputError for an invalid port."""
-    host, colon, number = text.rpartition(":")
-    if not colon:
-        return text, port
-    if not number.isdecimal() or not 0 < int(number) < 65536 or not host:
-        limit = "HOST or HOST:PORT is needed, with a port from 1 to 65535"
-        raise InputError("address", repr(text), limit, next_step="Correct the address.")
-    return host, int(number)
-
-
-def force_limit(
-    given: float | None, configuration: "SensorConfiguration | None", axial: str, axis: str | None
-) -> tuple[float, str]:
-    """The force limit [N] and where it comes from: ``given``, or a share of the rated range on the sensor's page.
-
-    Raises InputError for an axis without a limit, and for a limit that cannot protect what the axis moves.
-    """
-    rating = _rating(configuration, axial)
-    if given is not None:
-        if axis and not 0.0 < given <= (rating or 1e4):
-            limit = f"the sensor measures up to {rating:g} N" if rating else "no needle needs more than 1e4 N"
-            raise InputError("--force-limit-N", given, limit, next_step="Give a smaller limit.")
-        return given, "given"
-    share, advice = DEFAULT_LIMIT_SHARE * rating, "Give --force-limit-N."
-    if axis and not rating:
-        limit = "an axis needs a force limit, and the sensor's configuration has no rated range"
-        raise InputError("--force-limit-N", "not given", limit, next_step=advice)
-    if axis and share > MAX_DEFAULT_LIMIT_N:
-        limit = f"more than {MAX_DEFAULT_LIMIT_N:g} N, which no needle needs"
-        raise InputError("force limit from the sensor's rated range", f"{share:g} N", limit, next_step=advice)
-    return (share, f"{DEFAULT_LIMIT_SHARE:g} of the rated range on the sensor's page") if rating else (math.inf, "none")
-
-
-def _rating(configuration: "SensorConfiguration | None", axial: str) -> float:
-    """The rated range [N] of the axial force, 0 if unknown. Raises InputError for one that counts cannot reach."""
-    from ..wire.net_ft import AXES
-
-    column = axial.removeprefix("-")
-    if configuration is None or column not in AXES[:3]:
-        return 0.0
-    rating, largest = configuration.ratings[AXES.index(column)], _MAX_COUNT / configuration.counts_per_force
-    if rating > largest:
-        limit, advice = f"its counts end at {largest:.3g} N", "Check <cfgmr> and <cfgcpf> on the sensor's page."
-        raise InputError("rated range of the sensor", f"{rating:g} N", limit, next_step=advice)
-    return rating

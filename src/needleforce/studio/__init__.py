@@ -1,3 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The studio: a page on which a model is felt and a recording identified. Its files, what it knows of laws and presets,
-and its server."""
+its server, and its plots in a notebook."""
+
+from .force_widget import force_widget
+
+__all__ = ["force_widget"]

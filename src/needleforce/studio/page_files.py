@@ -3,6 +3,7 @@
 tables. Each is read once and then found by its name alone."""
 
 import json
+import math
 import os
 from collections.abc import Callable
 from pathlib import Path
@@ -16,8 +17,11 @@ from ..models.laws import FAMILIES, laws_of
 from ..models.model import Layer, Model
 from ..preset_files.build import needle_lines
 from ..preset_files.presets import preset, presets
-from ..preset_files.schema import si_key, tips
+from ..preset_files.schema import EQUIVALENCES, si_key, tips
 from ..vocabulary import __version__
+from .planning import MAX_OBSTACLES
+from .solid_example import SOLID, SOLID_FILE, SOLID_TITLE, solid_example
+from .steering_presets import steering_presets
 
 PAGE = Path(__file__).with_name("page")
 CORE = Path(__file__).with_name("core")
@@ -79,7 +83,7 @@ def write_static(folder: str | os.PathLike, core: Path = CORE) -> list[Path]:
         As ``page_files``, and if a file cannot be written.
     """
     written = []
-    for name, content in page_files(core).items():
+    for name, content in (page_files(core) | _solid()).items():
         path = Path(folder, name)
         path.parent.mkdir(parents=True, exist_ok=True)
         with atomic_write(path) as file:
@@ -88,15 +92,26 @@ def write_static(folder: str | os.PathLike, core: Path = CORE) -> list[Path]:
     return written
 
 
+def _solid() -> dict[str, bytes]:
+    """The solid of the steered needle; nothing without the extra ``fe``, which the page then states."""
+    try:
+        return {SOLID_FILE: solid_example().text()}
+    except InputError:
+        return {}
+
+
 def tables() -> dict[str, Any]:
     """What the page knows of laws, tips and presets, in SI; a limit that is infinite is null."""
     models = {name: preset(name) for name in sorted(presets(), key=lambda name: name != "paper")}
-    shapes = [tip for tip in tips() if not hasattr(tip, "columns")]  # a measured profile has no control
     return {
         "version": __version__,
         "laws": {family: _classes(laws_of(family), _seen(models.values(), _laws)) for family in FAMILIES},
-        "tips": _classes(shapes, _seen(models.values(), _tips)),
+        "tips": _classes(tips(), TIPS | _seen(models.values(), _tips)),
+        "equivalences": EQUIVALENCES,
         "presets": {name: shown_model(model) for name, model in models.items()},
+        "max_obstacles": MAX_OBSTACLES,
+        "solid": {"name": SOLID, "file": SOLID_FILE, "title": SOLID_TITLE},
+        "steering": {name: each.entry() for name, each in steering_presets().items()},
     }
 
 
@@ -106,6 +121,7 @@ def _classes(kinds: list[type], seen: dict[str, Any]) -> dict[str, dict]:
             "type": kind.cpp_name,
             "summary": kind.summary,
             "parts": list(kind.parts),
+            "columns": hasattr(kind, "columns"),
             "parameters": [_parameter(row, seen.get(kind.name, {}).get(row["name"])) for row in kind.table()],
         }
         for kind in kinds
@@ -135,6 +151,21 @@ def _seen(models: Any, values: Callable[[Layer], list[Any]]) -> dict[str, dict]:
 
 def _laws(layer: Layer) -> list[Any]:
     return list(layer.parts)
+
+
+# where the controls of a tip begin, if no preset has it; the radius is that of most presets
+_R, _ANGLE = 0.35e-3, math.radians(15.0)
+TIPS: dict[str, dict] = {
+    "cone": {"half_angle": _ANGLE},
+    "paraboloid": {"radius": 0.05e-3},
+    "sphere": {"radius": _R},
+    "flat": {"radius": _R},
+    "power_profile": {"exponent": 1.5, "reference_radius": _R, "reference_height": 1e-3},
+    "truncated_cone": {"half_angle": _ANGLE, "flat_radius": 0.1e-3},
+    "tangent_ogive": {"radius": _R, "length": 1.3e-3},
+    "lancet_bevel": {"half_angle": _ANGLE},
+    "profile": {"radii": [0.0, 1e-4, 2e-4, 3.5e-4], "heights": [0.0, 1e-4, 4e-4, 1e-3]},
+}
 
 
 def _tips(layer: Layer) -> list[Any]:
@@ -169,8 +200,6 @@ def without_form(model: Model) -> str:
             law = getattr(layer, family)
             if law.name not in {kind.name for kind in laws_of(family)}:
                 return f"The page has no form for the {family} by {law.name}."
-    if any(hasattr(tip, "columns") for layer in model.layers for tip in _tips(layer)):
-        return "The tip is a measured profile, for which the page has no form."
     return "" if len(model.layers) <= MAX_LAYERS else f"The page has a form for {MAX_LAYERS} layers, not more."
 
 

@@ -33,6 +33,7 @@ def recording_routes() -> tuple[list[Any], Any]:
     @asynccontextmanager
     async def lifespan(app: Any) -> Any:
         running["jobs"] = RecordingJobs()
+        app.state.recordings = lambda: running["jobs"]  # for the live view, which hands its recording over
         sweeper = asyncio.create_task(_sweep(running["jobs"]))
         yield
         sweeper.cancel()

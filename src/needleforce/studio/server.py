@@ -1,27 +1,31 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The server of the studio: the files of the page, on loopback alone.
+"""The server of the studio: the files of the page, recordings that are identified, and the live view.
 
-A page of another site must not reach it: a request whose ``Host`` is not this server's own is refused, which a name
-that was pointed at loopback would have, and so is one whose ``Origin`` is another. No path that a client gives is
-opened: a name is looked up among the files that were read at the start. A recording that the page gives is written
-under a name of letters and digits into a folder of its own.
+It listens on loopback, or where it is asked to, and then only a token opens it; ``access`` has who is answered. No path
+that a client gives is opened: a name is looked up among the files that were read at the start. A recording that the
+page gives is written under a name of letters and digits into a folder of its own.
 """
 
+import errno
+import ipaddress
 import re
 import socket
 import threading
 import webbrowser
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
+from .access import LOOPBACK, Access, OwnPageOnly, is_loopback
 from .page_files import TYPES, page_files
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
 
-LOOPBACK = "127.0.0.1"
-NAMES = (LOOPBACK, "localhost", "[::1]")
+    from .live import Setup
+
+GRACE_S = 3  # for an answer that a slow page reads, when the server ends
 HEADERS = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
@@ -32,15 +36,17 @@ HEADERS = {
 _POLICY = re.compile(rb'http-equiv="Content-Security-Policy" content="([^"]*)"')
 
 
-def make_app(files: dict[str, bytes], port: int) -> "Starlette":
+def make_app(files: dict[str, bytes], access: Access, live: "Setup | None" = None) -> "Starlette":
     """The server as an ASGI application.
 
     Parameters
     ----------
     files : dict of str to bytes
         The files of the page by name, as ``page_files`` gives them.
-    port : int
-        The port that a request has to name in its ``Host``.
+    access : Access
+        Who is answered.
+    live : Setup, optional
+        The rig, the models and the folder of the live view; default: the virtual rig.
 
     Returns
     -------
@@ -58,6 +64,8 @@ def make_app(files: dict[str, bytes], port: int) -> "Starlette":
         from starlette.routing import Route
     except ImportError:
         raise _not_installed("starlette") from None
+    from .live import Setup, live_routes
+    from .planning import steering_routes
     from .recording_routes import recording_routes
 
     async def give(request: Any) -> Any:
@@ -68,9 +76,18 @@ def make_app(files: dict[str, bytes], port: int) -> "Starlette":
         return Response(files[name], headers={"content-type": kind})
 
     files = files | {"index.html": files["index.html"].replace(b'<html lang="en"', b'<html lang="en" data-server')}
-    own_page = Middleware(_OwnPageOnly, port=port, headers=HEADERS | {"content-security-policy": _policy(files)})
-    routes, lifespan = recording_routes()
-    return Starlette(routes=[*routes, Route("/{name:path}", give)], middleware=[own_page], lifespan=lifespan)
+    own_page = Middleware(OwnPageOnly, access=access, headers=HEADERS | {"content-security-policy": _policy(files)})
+    (routes, recordings), (live_ones, watched) = recording_routes(), live_routes(live or Setup())
+
+    @asynccontextmanager
+    async def lifespan(app: Any) -> AsyncIterator[None]:
+        async with recordings(app), watched(app):  # the rig is stopped first
+            yield
+
+    all_routes = [*routes, *live_ones, *steering_routes(), Route("/{name:path}", give)]
+    app = Starlette(routes=all_routes, middleware=[own_page], lifespan=lifespan)
+    app.state.ending = lambda: False
+    return app
 
 
 def _policy(files: dict[str, bytes]) -> str:
@@ -78,60 +95,39 @@ def _policy(files: dict[str, bytes]) -> str:
     return f"{_POLICY.findall(files['index.html'])[0].decode()}; frame-ancestors 'none'"
 
 
-class _OwnPageOnly:
-    """Refuses what does not come from the studio's own page, and puts the headers of safety on every answer."""
-
-    def __init__(self, app: Callable, port: int, headers: dict[str, str]):
-        self.app, self.headers = app, headers
-        self.hosts = {f"{name}:{port}" for name in NAMES} | (set(NAMES) if port == 80 else set())
-        self.origins = {f"http://{host}" for host in self.hosts}
-
-    async def __call__(self, scope: dict, receive: Callable, send: Callable) -> None:
-        if scope["type"] == "lifespan":
-            await self.app(scope, receive, send)
-            return
-        if reason := self._refusal(scope["method"], scope["headers"]):
-            from starlette.responses import PlainTextResponse
-
-            await PlainTextResponse(reason, status_code=403, headers=self.headers)(scope, receive, send)
-            return
-
-        async def send_with_headers(message: dict) -> None:
-            if message["type"] == "http.response.start":
-                given = {name.lower() for name, _ in message["headers"]}
-                own = [(name.encode(), value.encode()) for name, value in self.headers.items()]
-                more = [header for header in own if header[0] not in given]
-                message = {**message, "headers": [*message["headers"], *more]}
-            await send(message)
-
-        await self.app(scope, receive, send_with_headers)
-
-    def _refusal(self, method: str, headers: list[tuple[bytes, bytes]]) -> str:
-        """Why a request is refused, or nothing."""
-        hosts = [value.decode("latin-1").lower() for name, value in headers if name == b"host"]
-        origins = [value.decode("latin-1").lower() for name, value in headers if name == b"origin"]
-        if len(hosts) != 1 or hosts[0] not in self.hosts:
-            return "The request names another host than the studio's.\n"
-        if any(origin not in self.origins for origin in origins) or not (origins or method in ("GET", "HEAD")):
-            return "The request comes from the page of another site.\n"
-        return ""
-
-
-def listening_socket(port: int) -> socket.socket:
-    """A socket of loopback; InputError if another program has the port. Port 0 is any that is free."""
-    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+def listening_socket(port: int, host: str = LOOPBACK) -> socket.socket:
+    """A socket of this computer; InputError if another program has the port, or the host is not its own. Port 0 is any
+    that is free."""
+    family, kind, _, _, address = _address(host, port)
+    listening = socket.socket(family, kind)
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
-        listening.bind((LOOPBACK, port))
+        listening.bind(address)
     except OSError as error:
         listening.close()
         step = "Close the studio that is open, or give --port 0 for any that is free."
+        if host != LOOPBACK and error.errno != errno.EADDRINUSE:
+            step = "Give --host an address of this computer."
         raise InputError("port", port, error.strerror or str(error), next_step=step) from None
     listening.listen()
     return listening
 
 
-def make_server(listening: socket.socket, core: Any = None) -> Any:
+def _address(host: str, port: int) -> tuple:
+    """The first address of a host; InputError for one without, and for one that stands for all: no request names it."""
+    step = "Give the name or address by which other computers reach this one, such as --host 192.168.1.5."
+    try:
+        found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+    except (OSError, UnicodeError) as error:
+        raise InputError("host", host, getattr(error, "strerror", "") or str(error), next_step=step) from None
+    if ipaddress.ip_address(found[4][0].partition("%")[0]).is_unspecified:
+        raise InputError("host", host, "stands for every address, and a request has to name one", next_step=step)
+    return found
+
+
+def make_server(
+    listening: socket.socket, core: Any = None, *, access: Access | None = None, live: "Setup | None" = None
+) -> Any:
     """The uvicorn server of the page on that socket's port; ``run(sockets=[listening])`` serves until it is stopped.
 
     Raises InputError if uvicorn is not installed, and as ``page_files``, which takes ``core``.
@@ -140,20 +136,30 @@ def make_server(listening: socket.socket, core: Any = None) -> Any:
         import uvicorn
     except ImportError:
         raise _not_installed("uvicorn") from None
-    app = make_app(page_files(*([] if core is None else [core])), listening.getsockname()[1])
-    config = uvicorn.Config(app, http="h11", ws="none", log_level="warning", server_header=False)
-    return uvicorn.Server(config)
+    access = access or Access(LOOPBACK, listening.getsockname()[1])
+    app = make_app(page_files(*([] if core is None else [core])), access, live)
+    config = uvicorn.Config(
+        app, http="h11", ws="none", log_level="warning", server_header=False, timeout_graceful_shutdown=GRACE_S
+    )
+    server = uvicorn.Server(config)
+    app.state.ending = lambda: server.should_exit  # streams end then: the server waits for them
+    return server
 
 
-def serve(port: int, *, browser: bool, say: Callable[[str], None]) -> None:
+def serve(
+    port: int, *, browser: bool, say: Callable[[str], None], host: str = LOOPBACK, live: "Setup | None" = None
+) -> None:
     """Serve the page until Ctrl+C; ``say`` is given its address, which a browser is asked to open."""
-    listening = listening_socket(port)
+    listening = listening_socket(port, host)
     try:
-        server = make_server(listening)
-        address = f"http://{LOOPBACK}:{listening.getsockname()[1]}/"
-        say(f"studio: {address} (Ctrl+C ends it)")
+        own, port = listening.getsockname()[:2]
+        access = Access.opened(host, port, loopback=is_loopback(own))
+        server = make_server(listening, access=access, live=live)
+        say(f"studio: {access.address} (Ctrl+C ends it)")
+        if access.token:
+            say("whoever has this address can read, and move what is connected; the network between is not encrypted")
         if browser:
-            threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
+            threading.Thread(target=webbrowser.open, args=(access.address,), daemon=True).start()
         server.run(sockets=[listening])
     finally:
         listening.close()

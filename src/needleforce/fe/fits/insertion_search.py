@@ -111,9 +111,18 @@ class InsertionSearch:
         return self.curve.force[self.curve.used]
 
     def condensed(self, numbers: np.ndarray) -> CondensedTissue:
-        """The tissue with the moduli of some numbers."""
-        known = self.solid.condensed
-        return CondensedTissue(known.spacing, self.solid.compliance(numbers[self.moduli]), known.radius, known.summary)
+        """The tissue with the moduli of some numbers; the last one is kept, for most derivatives leave it as it is."""
+        moduli, (last, tissue) = numbers[self.moduli].tobytes(), self._last
+        if moduli != last:
+            known = self.solid.condensed
+            compliance = self.solid.compliance(numbers[self.moduli])
+            tissue = CondensedTissue(known.spacing, compliance, known.radius, known.summary)
+            self._last[:] = moduli, tissue
+        return tissue
+
+    @cached_property
+    def _last(self) -> list:
+        return [b"", None]
 
     def model(self, numbers: np.ndarray) -> Model:
         """Friction and cutting force of some numbers, with a tip that breaks through at once."""
@@ -156,6 +165,9 @@ class InsertionSearch:
         """Derivatives of the residual by central differences over steps times a scale, (m, p)."""
         columns, (low, high) = [], self._bounds()
         for k, step in enumerate(scale * self._steps()):
+            if k == len(numbers) - 2:  # the force offset: no insertion is needed
+                columns.append(np.append(self.curve.weight[self.curve.used], np.zeros(_KNOWN)))
+                continue
             move = np.zeros(len(numbers))
             move[k] = step
             up, down = (np.clip(each, low, high) for each in (numbers + move, numbers - move))

@@ -68,10 +68,13 @@ function listenToFiles() {
     });
 }
 
+const newFile = (name) => (
+  { id: String(nextId++), name, file: null, key: null, options: {}, motion: null, events: {}, look: null, error: "" });
+
 function take(dropped) {
   const most = choices?.most ?? 200;
   for (const file of dropped.slice(0, Math.max(0, most - files.length)))
-    files.push({ id: String(nextId++), name: file.name, file, key: null, options: {}, motion: null, events: {}, look: null, error: "" });
+    files.push({ ...newFile(file.name), file });
   if (dropped.length && files.length >= most) report(`The page takes ${most} files; identify more of them with needleforce campaign.`, false, true);
   run("identify");
 }
@@ -144,6 +147,12 @@ async function run(task) {
   } catch (error) {
     if (running === mine) stopped(error.message, true);
   }
+}
+
+/** Adds a recording that the server already has, such as one of the live view. */
+export function openRecording(key, name) {
+  files.push({ ...newFile(name), key });
+  run("identify");
 }
 
 function progress({ state, stage, read }, known) {

@@ -97,8 +97,36 @@ function tipControls(tables, part, law, set) {
   const select = choice(`${part}-tip`, Object.keys(tables.tips), tip.name);
   select.setAttribute("aria-label", "tip of the needle");
   select.addEventListener("change", () => set({ tip: begun(tables, tables.tips, select.value, law().tip) }, true));
-  return [element("p", { className: "about" }, "Tip of the needle"), select,
-    ...parameters(tables.tips[tip.name], tip, `${part}-tip`, (values) => set({ tip: { ...law().tip, ...values } }))];
+  const kind = tables.tips[tip.name];
+  const setTip = (values) => set({ tip: { ...law().tip, ...values } });
+  const rows = kind.columns ? [profileControl(`${part}-tip-knots`, kind, tip, setTip)] : parameters(kind, tip, `${part}-tip`, setTip);
+  const cones = kind.parts.map((name) => equivalenceChoice(tables, `${part}-tip-${name}`, tip[name], (cone) => setTip({ [name]: cone })));
+  return [element("p", { className: "about" }, "Tip of the needle"), select, element("p", { className: "about" }, kind.summary),
+    ...rows, ...cones];
+}
+
+/** As which cone a bevel touches the tissue. */
+function equivalenceChoice(tables, id, chosen, onName) {
+  const select = choice(id, tables.equivalences, chosen);
+  select.addEventListener("change", () => onName(select.value));
+  return element("div", { className: "control" }, element("label", { for: id }, "taken as the cone of"), select);
+}
+
+/** Radii and heights of a measured profile, a pair a line. */
+function profileControl(id, { parameters: rows }, tip, onColumns) {
+  const [radii, heights] = rows.map(({ name, factor }) => tip[name].map((value) => readable(value * factor)));
+  const lines = radii.map((radius, i) => `${radius} ${heights[i]}`).join("\n");
+  const area = element("textarea", { id, rows: 6, spellcheck: false, value: lines, "aria-describedby": `${id}-why` });
+  const why = element("p", { className: "why", id: `${id}-why`, role: "alert" });
+  area.addEventListener("change", () => {
+    const pairs = area.value.trim().split(/\n+/).map((line) => line.trim().split(/[\s;]+/).map((one) => Number(one.replace(",", "."))));
+    const fits = pairs.length > 1 && pairs.every((pair) => pair.length === 2 && pair.every(Number.isFinite));
+    why.textContent = fits ? "" : "Each line is a radius and a height in mm, such as “0.1 0.2”, from “0 0” on; the model is unchanged.";
+    area.setAttribute("aria-invalid", String(!fits));
+    if (fits) onColumns(Object.fromEntries(rows.map(({ name, factor }, k) => [name, pairs.map((pair) => pair[k] / factor)])));
+  });
+  return element("div", { className: "control" },
+    element("label", { for: id }, "radius and height above the apex, a pair a line [mm]"), area, why);
 }
 
 const parameters = (kind, values, part, set) => kind.parameters.map((row) =>

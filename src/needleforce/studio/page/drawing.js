@@ -15,8 +15,29 @@ const DARK = {
 };
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
-export const colours = () => (dark.matches ? DARK : LIGHT);
-export const onColours = (act) => dark.addEventListener("change", act);
+const { documentElement: root } = document;
+
+/** The theme of the page around, be it a site, JupyterLab or Visual Studio Code; nothing if it has chosen none. */
+function chosenTheme() {
+  const { jpThemeLight, vscodeThemeKind } = document.body.dataset;
+  return root.dataset.theme || { true: "light", false: "dark" }[jpThemeLight] || vscodeThemeKind;
+}
+
+export function colours() {
+  const theme = chosenTheme();
+  return (theme ? theme.includes("dark") : dark.matches) ? DARK : LIGHT;
+}
+
+/** Acts when the colours change; returns what ends that. */
+export function onColours(act) {
+  const observer = new MutationObserver(act);
+  observer.observe(root, { attributeFilter: ["data-theme"] });
+  dark.addEventListener("change", act);
+  return () => {
+    observer.disconnect();
+    dark.removeEventListener("change", act);
+  };
+}
 
 /** Places of ticks over a range, about `apart` pixels from each other, and their texts. */
 export function ticks(low, high, pixels, apart) {

@@ -4,6 +4,8 @@
 import { FAMILIES, isChanged } from "./model.js";
 import { PARTS } from "./trace.js";
 
+const MAX_KNOTS = 32; // of a measured profile
+
 /** A number that TOML and C++ read as one with a fraction, to the last bit. */
 const real = (value) => (Number.isInteger(value) && Math.abs(value) < 1e16 ? `${value}.0` : String(value));
 const quoted = (text) => JSON.stringify(text);
@@ -33,7 +35,8 @@ export function presetText(tables, model) {
 }
 
 function lawSections(tables, layer, path) {
-  const numbers = (kind, value) => kind.parameters.map((row) => `${row.key} = ${real(value[row.name])}`);
+  const shown = (value) => (Array.isArray(value) ? `[${value.map(real).join(", ")}]` : real(value));
+  const numbers = (kind, value) => kind.parameters.map((row) => `${row.key} = ${shown(value[row.name])}`);
   return FAMILIES.flatMap((family) => {
     const { tip, ...law } = layer[family];
     const section = [`[${path}${family}]`, `law = ${quoted(law.name)}`, ...numbers(tables.laws[family][law.name], law)];
@@ -61,13 +64,21 @@ export function headerText(tables, model, name = "studio_model") {
 }
 
 function member(tables, name, kind, value) {
-  const inner = kind.parameters.map((row) => `.${row.name} = ${real(value[row.name])},  // ${row.unit}, ${row.meaning}`);
+  const line = (row) => `.${row.name} = ${real(value[row.name])},  // ${row.unit}, ${row.meaning}`;
+  const inner = kind.columns ? knots(value) : kind.parameters.map(line);
   for (const part of kind.parts) {
     if (part === "tip") inner.push(...member(tables, part, tables.tips[value.tip.name], value.tip));
     else inner.push(`.${part} = needleforce::tips::BevelEquivalence::${value[part]},`);
   }
   const start = `.${name} = ${kind.type}{`;
   return inner.length ? [start, ...inner.map((line) => `    ${line}`), "},"] : [`${start}},`];
+}
+
+/** The members of a measured profile; radii behind the last are endless. */
+function knots({ radii, heights }) {
+  const behind = Array(MAX_KNOTS - radii.length).fill("needleforce::tips::endless");
+  return [`.radius = {{${[...radii.map(real), ...behind].join(", ")}}},  // m`,
+    `.rise = {{${heights.map(real).join(", ")}}},  // m, height above the apex at each radius`, `.count = ${radii.length},`];
 }
 
 /** The trace of a model as a recording, which `needleforce` reads back. */

@@ -16,7 +16,7 @@ export function begun(tables, kinds, name, before = {}) {
   for (const { name: key, start } of kinds[name].parameters) made[key] = before[key] ?? start;
   for (const part of kinds[name].parts) {
     if (part === "tip") made.tip = before.tip ?? begun(tables, tables.tips, "cone");
-    else made[part] = before[part] ?? "paper_half_angle";
+    else made[part] = before[part] ?? tables.equivalences[0];
   }
   return made;
 }
@@ -69,8 +69,10 @@ function checkedLayer(tables, layer) {
 function checkedNamed(tables, kinds, given, what) {
   if (!has(kinds, given.name)) throw new Error(`its ${what} “${given.name}” is not one of this version`);
   const made = { name: given.name };
-  for (const { name } of kinds[given.name].parameters) {
-    if (typeof given[name] !== "number") throw new Error(`${what} ${name} is not a number`);
+  const { parameters, columns } = kinds[given.name];
+  for (const { name } of parameters) {
+    const numbers = columns ? given[name] : [given[name]];
+    if (!Array.isArray(numbers) || !numbers.every(Number.isFinite)) throw new Error(`${what} ${name} is not a number`);
     made[name] = given[name];
   }
   for (const part of kinds[given.name].parts)

@@ -32,7 +32,8 @@ export function drawPlot(context, size, colour, scene) {
   context.clip();
   for (const curve of scene.curves) drawCurve(context, curve, at);
   context.restore();
-  for (const mark of scene.marks) drawMark(context, mark, at, colour);
+  const taken = []; // by texts
+  for (const mark of scene.marks) drawMark(context, mark, at, colour, taken);
   if (scene.cursor) drawCursor(context, scene.cursor, at, colour);
 }
 
@@ -87,30 +88,37 @@ function drawBands(context, colour, bands, at) {
 
 /** A curve with at most four points for each column of pixels: first, lowest, highest, last. */
 function drawCurve(context, { x, y, length, scaleX = 1, scaleY = 1, colour, width, dash }, at) {
+  const [left, bottom] = [at.x(0), at.y(0)];
+  const [perX, perY] = [scaleX * (at.x(1) - left), scaleY * (at.y(1) - bottom)];
   const points = [];
   let column = NaN;
-  let [first, low, high, last] = [0, 0, 0, 0];
+  let [first, low, high, last] = [0, 0, 0, -1];
   const put = () => {
-    for (const [index, i] of [...new Set([first, low, high, last])].sort((a, b) => a - b).entries())
-      if (index || i !== points.at(-1)?.i) points.push({ i, at: [at.x(scaleX * x[i]), at.y(scaleY * y[i])] });
+    for (const i of [first, ...(low < high ? [low, high] : [high, low]), last]) {
+      const point = [left + perX * x[i], bottom + perY * y[i]];
+      const before = points.at(-1);
+      if (!before || before[0] !== point[0] || before[1] !== point[1]) points.push(point);
+    }
   };
   for (let i = 0; i < length; ++i) {
-    const here = Math.round(at.x(scaleX * x[i]));
+    const here = Math.round(left + perX * x[i]);
     if (here !== column) {
       if (i) put();
       [column, first, low, high] = [here, i, i, i];
     }
     if (y[i] < y[low]) low = i;
-    if (y[i] > y[high]) high = i;
+    else if (y[i] > y[high]) high = i;
     last = i;
   }
   if (!length) return;
   put();
-  line(context, points.map((point) => point.at), colour, width, dash);
+  line(context, points, colour, width, dash);
 }
 
-function drawMark(context, { x, y, text, onLeft, colour: style }, at, colour) {
+/** A point and, where there is room on either side, its text. */
+function drawMark(context, { x, y, text, onLeft, colour: style }, at, colour, taken) {
   const [left, top] = [at.x(x), at.y(y)];
+  if (left < at.left - 1 || left > at.right + 1) return;
   context.beginPath();
   context.arc(left, top, 4, 0, 2 * Math.PI);
   context.fillStyle = style;
@@ -119,13 +127,17 @@ function drawMark(context, { x, y, text, onLeft, colour: style }, at, colour) {
   context.lineWidth = 1.5;
   context.stroke();
   if (!text) return;
-  const wide = context.measureText(text).width;
-  const onRight = (!onLeft || left - 10 - wide < at.left) && left + 10 + wide < at.right;
-  context.textAlign = onRight ? "left" : "right";
-  context.textBaseline = "middle";
   context.font = `600 ${FONT}`;
+  const wide = context.measureText(text).width;
+  const height = Math.max(at.top + 8, top - 9);
+  const places = [left + 9, left - 9 - wide].map((from) => ({ from, to: from + wide, height }));
+  const free = (onLeft ? places.reverse() : places).find((place) => place.from >= at.left && place.to <= at.right &&
+    taken.every((other) => other.to < place.from || other.from > place.to || Math.abs(other.height - height) > 14));
   context.fillStyle = style;
-  context.fillText(text, left + (onRight ? 9 : -9), Math.max(at.top + 8, top - 9));
+  context.textAlign = "left";
+  context.textBaseline = "middle";
+  if (free) context.fillText(text, free.from, height);
+  if (free) taken.push(free);
   context.font = FONT;
 }
 

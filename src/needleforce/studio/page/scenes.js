@@ -2,6 +2,7 @@
 // What the simulator's drawings show of { trace, models, presets, chosen, cursor, lowest, deepest }: the scenes of plot.js
 // and section.js, and the legend of a picture. The cursor is the step that the reader looks at, or null.
 
+import { tipOutline } from "./tip.js";
 import { PARTS, STEP } from "./trace.js";
 
 export const NAMES = ["A", "B"]; // of the models
@@ -92,5 +93,6 @@ export function sectionScene({ trace, models, presets, chosen, cursor, lowest, d
   const punctured = trace.runs[chosen].events.filter(({ at, kind }) => kind === "punctured" && at <= now).length;
   let most = trace.depth[0];
   for (let i = 0; i <= now; ++i) if (trace.depth[i] > most) most = trace.depth[i];
-  return { low: lowest, high: deepest, depth: trace.depth[now], deepest: most, layers, punctured, needle: presets[preset].needle };
+  const tip = tipOutline(layers[0].stiffness, presets[preset].needle);
+  return { low: lowest, high: deepest, depth: trace.depth[now], deepest: most, layers, punctured, tip };
 }

@@ -5,7 +5,6 @@
 import { ticks } from "./drawing.js";
 
 const AXIS = 44;
-const PLAIN = { radius: 0.35e-3, half_angle: 0.26 }; // of a model without a needle
 
 /** Pixels of a metre, and from depths to pixels. */
 export function sectionScale({ height }, { low, high }) {
@@ -13,7 +12,7 @@ export function sectionScale({ height }, { low, high }) {
   return { pixels, y: (depth) => (depth - low) * pixels };
 }
 
-/** `scene`: low, high [m]; depth, deepest [m]; layers; punctured: number of layers; needle or null. */
+/** `scene`: low, high [m]; depth, deepest [m]; layers; punctured: number of layers; tip, as tip.js has it. */
 export function drawSection(context, size, colour, scene) {
   const at = sectionScale(size, scene);
   const middle = (AXIS + size.width) / 2;
@@ -37,7 +36,7 @@ function dimple({ layers, punctured, depth }, i) {
 }
 
 function drawLayer(context, { width, height }, colour, scene, at, middle, i) {
-  const { radius } = scene.needle ?? PLAIN;
+  const { radius } = scene.tip;
   const pressed = dimple(scene, i);
   const broad = Math.max(radius, 0.45 * pressed + radius) * at.pixels;
   const surface = (x) => at.y(scene.layers[i].top + pressed * Math.exp(-Math.abs(x - middle) / broad));
@@ -55,7 +54,7 @@ function drawLayer(context, { width, height }, colour, scene, at, middle, i) {
   context.fillStyle = colour.ink;
   context.textAlign = "right";
   context.textBaseline = "top";
-  context.fillText(`layer ${i + 1}`, width - 8, at.y(scene.layers[i].top) + 6);
+  context.fillText(`layer ${i + 1}`, width - 8, surface(width - 60) + 6);
 }
 
 function drawCut(context, colour, { layers, punctured, deepest }, at, middle) {
@@ -68,17 +67,14 @@ function drawCut(context, colour, { layers, punctured, deepest }, at, middle) {
   context.stroke();
 }
 
-function drawNeedle(context, colour, { needle, depth, low }, at, middle) {
-  const { radius, half_angle: angle } = needle ?? PLAIN;
-  const half = Math.max(1.5, radius * at.pixels);
-  const tip = at.y(depth);
-  const shoulder = tip - half / Math.tan(angle ?? PLAIN.half_angle);
+/** At least three pixels wide, with its tip to the same scale. */
+function drawNeedle(context, colour, { tip, depth, low }, at, middle) {
+  const scale = Math.max(1.5, tip.radius * at.pixels) / tip.radius;
+  const [left, right] = [middle - tip.radius * scale, middle + tip.radius * scale];
   context.beginPath();
-  context.moveTo(middle - half, at.y(low) - 2);
-  context.lineTo(middle - half, shoulder);
-  context.lineTo(middle, tip);
-  context.lineTo(middle + half, shoulder);
-  context.lineTo(middle + half, at.y(low) - 2);
+  context.moveTo(left, at.y(low) - 2);
+  for (const [across, above] of tip.points) context.lineTo(middle + across * scale, at.y(depth) - above * scale);
+  context.lineTo(right, at.y(low) - 2);
   context.closePath();
   context.fillStyle = colour.needle;
   context.fill();

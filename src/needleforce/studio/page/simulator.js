@@ -13,6 +13,7 @@ import { MAX_STEPS, STEP, Trace, stroke } from "./trace.js";
 const HAND_SPEED = 0.2, KEY_SPEED = 0.01; // [m/s]
 const KEYS = { ArrowDown: 0.1, ArrowUp: -0.1, PageDown: 1, PageUp: -1 }; // [mm]
 const at = (id) => document.getElementById(id);
+const still = matchMedia("(prefers-reduced-motion: reduce)"); // a reader who wants nothing to move by itself
 
 let tables, Insertion;
 const state = { models: [null, null], motion: { speed: 3e-3, depth: 12e-3 } };
@@ -32,6 +33,7 @@ const shown = () => ({ trace, models: state.models, presets: tables.presets, cho
 
 /** The model in the page, if the core takes it; else the reason, and what was stays. */
 function takeModel(k, model, whole) {
+  trouble("");
   try {
     const insertion = insertionOf(model);
     const fresh = model && whole && model.preset !== state.models[k]?.preset;
@@ -54,7 +56,7 @@ function takeModel(k, model, whole) {
 function begin(atOnce) {
   const { depth, speed } = state.motion;
   trace = new Trace(state.models.map(insertionOf), startDepth());
-  [lowest, byHand, hand, cursor] = [startDepth() * 1.4, false, null, null];
+  [lowest, byHand, hand, cursor] = [startDepth() - 2.4e-3, false, null, null];
   playing = stroke(startDepth(), depth, speed);
   at("depth").value = String(Number((1e3 * depth).toPrecision(4)));
   if (atOnce) finish();
@@ -139,12 +141,14 @@ const number = (value, places) => value.toFixed(places).replace(/^-(?=[0.]*$)/, 
 function showValues() {
   const now = lookedAt();
   at("where").textContent = `depth ${number(1e3 * trace.depth[now], 2)} mm, time ${number(trace.time[now], 2)} s`;
-  for (const row of at("values").tBodies[0].rows)
-    trace.runs.forEach((run, k) => { row.cells[k + 1].textContent = run ? valueOf(run, row.dataset.row, now) : ""; });
-  at("values").querySelector(".b").textContent = trace.runs[1] ? "B" : "";
+  for (const { cells, dataset } of at("values").rows)
+    trace.runs.forEach((run, k) => {
+      cells[k + 1].hidden = !run;
+      if (run && dataset.row) cells[k + 1].textContent = valueOf(run, dataset.row, now);
+    });
   const section = at("section");
-  section.setAttribute("aria-valuemin", number(1e3 * lowest, 1));
-  section.setAttribute("aria-valuemax", number(1e3 * deepest(), 1));
+  section.setAttribute("aria-valuemin", (1e3 * lowest).toFixed(1));
+  section.setAttribute("aria-valuemax", (1e3 * deepest()).toFixed(1));
   section.setAttribute("aria-valuenow", (1e3 * trace.depth[now]).toFixed(2));
   section.setAttribute("aria-valuetext", `${number(1e3 * trace.depth[now], 2)} mm`);
 }
@@ -255,7 +259,7 @@ function listenToBar() {
     if (!(depth >= 1e-4 && depth <= 0.1)) return trouble(`The depth “${at("depth").value}” is not a number from 0.1 to 100 mm.`);
     trouble("");
     state.motion = { speed, depth };
-    begin(false);
+    begin(still.matches);
   };
   at("slow").addEventListener("click", () => insert(1e-3));
   at("fast").addEventListener("click", () => insert(3e-3));

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is found while a needle moves, and what is known of the stream in which it was looked for.
+#pragma once
+
+#include <array>
+
+namespace needleforce::events {
+
+enum class EventKind { none, contact, puncture, sliding, stop, reversal, exit };
+inline constexpr std::array<const char*, 7> event_kind_names{"none", "contact",  "puncture", "sliding",
+                                                             "stop", "reversal", "exit"};
+
+/// What the last sample was worth. `learning`: the noise is not known yet. `unknown_zero`: the stream began
+/// with a force, and where the tissue begins is not known. `stuck`: the force repeats itself while the needle
+/// moves.
+enum class StreamStatus { ok, learning, not_finite, bad_time, gap, stuck, unknown_zero };
+inline constexpr std::array<const char*, 7> stream_status_names{"ok",  "learning", "not_finite",  "bad_time",
+                                                                "gap", "stuck",    "unknown_zero"};
+
+/// An event found while it happens, in the zero of the stream's own depth and in the time since its start.
+struct Detection {
+  EventKind kind = EventKind::none;
+  double time = 0.0;   ///< of the event [s]: of a puncture, of the peak before its fall
+  double depth = 0.0;  ///< there [m]
+  double size = 0.0;   ///< fall or rise of the force so far [N]; of a reversal, the way back [m]
+  double probability =
+      0.0;  ///< that it is real: 0.5 at most where the stream allows another cause, 0.9 by one reading
+  double delay = 0.0;  ///< from the event to this sample [s]
+};
+
+}  // namespace needleforce::events

@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: Apache-2.0
+// Contact, puncture, sliding, stop, reversal and exit, from force, depth and time as they come.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "detection.hpp"
+#include "event_settings.hpp"
+#include "fall_windows.hpp"
+#include "needle_course.hpp"
+#include "running_noise.hpp"
+
+namespace needleforce::events {
+
+/// Finds events while they happen: one sample in, at most one event out. A puncture is a fall of the mean
+/// force over some window, in new tissue, that (1) noise makes at most `false_alarms` times a second in all
+/// windows together and (2) is three quarters of `fall` and of `share` of the running peak: half way between
+/// falls that count and falls of half their size. Trivially copyable, without heap; the work of a step is
+/// bounded.
+class EventDetector {
+ public:
+  explicit EventDetector(const EventSettings& settings = {}) noexcept
+      : settings_(settings), course_(settings), windows_(settings.within) {}
+
+  /// One sample: force [N], depth [m], time since the one before [s]. Wait-free, allocates nothing.
+  Detection step(double force, double depth, double dt) noexcept {
+    if (accepts(force, depth, dt)) read(force, depth);
+    return next();
+  }
+  void reset() noexcept { *this = EventDetector(settings_); }
+  EventDetector snapshot() const noexcept { return *this; }
+
+  StreamStatus status() const noexcept { return status_; }
+  const EventSettings& settings() const noexcept { return settings_; }
+  double time() const noexcept { return time_; }
+  /// Standard deviation of a reading now [N].
+  double noise() const noexcept { return noise_.sd(std::max(settings_.force_noise, free_noise_)); }
+  /// The fall that would be a puncture now, if it came between two readings [N].
+  double needed_fall() const noexcept { return std::max(needed(), significant(0)); }
+
+ private:
+  enum class Where { unknown, outside, inside };
+  static constexpr double largest_force = 1e6, largest_depth = 1e3, longest = 1e9;
+  static constexpr double leap = 5e-3, fastest = 1.0;  // no needle gets further [m] at such a speed [m/s]
+  static constexpr double part = 0.75;      // of a fall that counts: half way to one of half its size
+  static constexpr double finest = 0.0075;  // of `within`: readings that are closer are one
+
+  bool accepts(double force, double depth, double dt) noexcept {
+    const bool first = !started_ && dt == 0.0;
+    if (!first && !(dt > 0.0 && dt <= longest)) {
+      status_ = StreamStatus::bad_time;
+      return false;
+    }
+    time_ += dt;
+    since_ += dt;
+    if (!(std::abs(force) <= largest_force && std::abs(depth) <= largest_depth)) {
+      status_ = StreamStatus::not_finite;
+      return false;
+    }
+    return true;
+  }
+
+  void read(double force, double depth) noexcept {
+    status_ = where_ == Where::unknown ? StreamStatus::learning : StreamStatus::ok;
+    watch_repeats(force);
+    sum_ += force;
+    parts_ += 1.0;
+    if (started_ && since_ < finest * settings_.within) return;
+    const double mean = sum_ / parts_, dt = since_;
+    sum_ = parts_ = since_ = 0.0;
+    if (!started_) {
+      where_since_ = time_;
+    } else if (dt > settings_.within) {
+      forget_the_moment();
+    } else {
+      interval_ += (interval_ > 0.0 ? 0.05 : 1.0) * (dt - interval_);
+      noise_.see_step(std::abs(mean - last_force_));
+    }
+    if (started_ && std::abs(depth - last_depth_) > leap + fastest * dt) begin_anew(depth);
+    started_ = true;
+    last_depth_ = depth;
+    take(mean, depth, dt);
+  }
+
+  void take(double force, double depth, double dt) noexcept {
+    course_.add(time_, depth, dt);
+    if (model_.known() && !falling_)
+      noise_.add(model_.innovation(force, depth, settings_.depth_noise), interval_);
+    model_.add(force, depth, std::exp(-dt / settings_.within));
+    windows_.add(force, time_, depth, interval_);
+    last_force_ = force;
+    if (course_.turned())
+      found(EventKind::reversal, course_.turning(), std::abs(depth - course_.turning().depth), 1.0);
+    if (course_.stopped()) found(EventKind::stop, course_.since(), 0.0, 1.0);
+    if (noise_.known()) look(force, depth);
+  }
+
+  void look(double force, double depth) noexcept {
+    if (where_ == Where::unknown) return begin(force);
+    if (where_ == Where::outside) return look_for_contact(force, depth);
+    if (windows_.available(0)) peak_ = std::max(peak_, windows_.calm_now(0) - zero_);
+    if (falling_)
+      follow_fall(force, depth);
+    else if (course_.cuts(depth))
+      look_for_puncture(force, depth);
+    look_for_exit(force, depth);
+  }
+
+  /// Outside the tissue if there is hardly a force, else the zero is unknown. A stream that begins inside
+  /// under less than that is taken for one outside: its contact is doubtful.
+  void begin(double force) noexcept {
+    zero_ += (force - zero_) / ++zero_count_;
+    if (time_ - where_since_ < settings_.within) return;
+    if (std::abs(zero_) <= 5.0 * settings_.contact_force) {
+      enter(Where::outside);
+    } else {
+      zero_ = 0.0;
+      enter(Where::inside);
+      zero_known_ = false;
+    }
+  }
+  void enter(Where where) noexcept {
+    where_ = where;
+    where_since_ = quiet_.time = time_;
+    calm_ = 0.0;
+    peak_ = 0.0;
+    falling_ = false;
+  }
+
+  void look_for_contact(double force, double depth) noexcept {
+    const double sd = noise();
+    free_noise_ = std::max(settings_.force_noise, std::min(sd, free_noise_ > 0.0 ? free_noise_ : sd));
+    if (force <= zero_ + 2.0 * sd) quiet_ = {time_, depth};
+    if (force <= zero_ + 3.0 * sd) {
+      const double gain = std::max(interval_ / RunningNoise::memory, 1.0 / (zero_count_ + 1.0));
+      zero_ += gain * (force - zero_);
+      zero_count_ += 1.0;
+    }
+    if (!course_.inwards() || course_.resting()) return;
+    for (std::size_t k = 0; windows_.available(k); ++k) {
+      const double rise = windows_.calm_now(k) - zero_;
+      if (rise < settings_.contact_force || rise < significant(k)) continue;
+      const bool long_outside = quiet_.time - where_since_ > 3.0 * settings_.within;
+      const double backed = normal((rise - 0.5 * settings_.contact_force) / sd_of_fall(k));
+      found(EventKind::contact, quiet_, rise, long_outside && !was_stuck_ ? backed : 0.5 * backed);
+      contact_depth_ = quiet_.depth;
+      course_.begin({quiet_.time, quiet_.depth});
+      zero_known_ = true;
+      return enter(Where::inside);
+    }
+  }
+
+  /// Standard deviations that noise hardly exceeds, of a difference between two means and its own.
+  double threshold() const noexcept {
+    return noise_.threshold(settings_.false_alarms, interval_, settings_.within);
+  }
+  double sd_of_fall(std::size_t k) const noexcept {
+    constexpr double of_a_difference = 1.4142135623730951;
+    return noise() * of_a_difference * noise_.of_mean(FallWindows::readings(k));
+  }
+  /// A fall that noise does not explain, over windows of this length.
+  double significant(std::size_t k) const noexcept { return threshold() * sd_of_fall(k); }
+  /// What a puncture needs, above what a force in proportion to the speed loses where the needle slows down.
+  double needed() const noexcept {
+    return part * std::max(settings_.fall, settings_.share * peak_) +
+           course_.slowing() * std::max(last_force_ - zero_, 0.0);
+  }
+
+  void look_for_puncture(double force, double depth) noexcept {
+    const double least = needed();
+    for (std::size_t k = 0; windows_.available(k); ++k) {
+      const FallWindows::Top& top = windows_.top(k);
+      const double fall = top.level - windows_.now(k);
+      if (!(fall >= least) || fall < significant(k)) continue;
+      const double backed = normal((fall - 0.5 / part * least) / sd_of_fall(k));
+      const double most = !sure(force) ? 0.5 : k == 0 && !windows_.fast() ? 0.9 : 1.0;
+      found(EventKind::puncture, {top.time, top.depth}, fall, most * backed);
+      falling_ = true;
+      fall_is_sure_ = most > 0.5;
+      fell_at_ = time_;
+      fell_from_ = top.level;
+      return restart(force, depth);
+    }
+  }
+  /// A force that comes back from having been stuck, or that leaves for zero or below, may be the sensor's
+  /// doing, and one that falls where the needle slows down may relax.
+  bool sure(double force) const noexcept {
+    return zero_known_ && !was_stuck_ && course_.steady() &&
+           force - zero_ > 3.0 * std::max(free_noise_, noise_.quantum());
+  }
+  void restart(double force, double depth) noexcept {
+    low_ = force;
+    low_at_ = {time_, depth};
+    windows_.restart();
+    model_.restart();
+  }
+
+  /// Where the fall ends, the needle slides on.
+  void follow_fall(double force, double depth) noexcept {
+    if (force < low_) restart(force, depth);
+    if (time_ - fell_at_ < settings_.within && force < low_ + threshold() * noise()) return;
+    falling_ = false;
+    const bool stays = fell_from_ - force > 0.5 * (fell_from_ - low_);
+    if (stays && course_.inwards() && !course_.resting())
+      found(EventKind::sliding, low_at_, fell_from_ - low_, fall_is_sure_ ? 1.0 : 0.5);
+  }
+
+  /// Back at the depth of the contact, and no force for `within`.
+  void look_for_exit(double force, double depth) noexcept {
+    const double nothing = std::max(settings_.contact_force, 3.0 * free_noise_);
+    const bool out = course_.outwards() && (!zero_known_ || depth <= contact_depth_);
+    if (!out || std::abs(force - zero_) > nothing) {
+      calm_ = time_;
+      calm_at_ = {time_, depth};
+    }
+    if (time_ - calm_ < settings_.within) return;
+    found(EventKind::exit, calm_at_, 0.0, zero_known_ ? 1.0 : 0.5);
+    zero_count_ = 10.0;
+    course_.begin({time_, depth});
+    enter(Where::outside);
+  }
+
+  void watch_repeats(double force) noexcept {
+    const bool same = started_ && force == last_reading_;
+    last_reading_ = force;
+    if (!same) {
+      if (time_ - fresh_at_ > settings_.within && repeats_ >= 10.0 && !course_.resting())
+        stuck_until_ = time_;
+      fresh_at_ = time_;
+      repeats_ = 0.0;
+    } else {
+      repeats_ += 1.0;
+    }
+    const bool fine = noise_.quantum() < 2.0 * noise();
+    was_stuck_ = fine && time_ - stuck_until_ <= settings_.within;
+    if (same && fine && repeats_ >= 10.0 && time_ - fresh_at_ > settings_.within && !course_.resting())
+      status_ = StreamStatus::stuck;
+    else if (where_ == Where::inside && !zero_known_)
+      status_ = StreamStatus::unknown_zero;
+  }
+  /// No fall, no speed and no innovation across a gap; the noise is known less well.
+  void forget_the_moment() noexcept {
+    status_ = StreamStatus::gap;
+    windows_.restart();
+    model_.restart();
+    noise_.doubt();
+    course_.forget_speed();
+    falling_ = false;
+  }
+
+  /// Another needle, or another zero of the depth: what was known of the tissue is of no use.
+  void begin_anew(double depth) noexcept {
+    forget_the_moment();
+    course_ = NeedleCourse(settings_);
+    course_.begin({time_, depth});
+    enter(Where::unknown);
+    zero_ = zero_count_ = 0.0;
+  }
+
+  void found(EventKind kind, NeedleCourse::Place at, double size, double probability) noexcept {
+    if (waiting_ == queue_.size()) return;
+    queue_[waiting_++] = {kind, at.time, at.depth, size, probability, 0.0};
+  }
+  /// The oldest event that was not handed out.
+  Detection next() noexcept {
+    if (waiting_ == 0) return {};
+    Detection first = queue_[0];
+    first.delay = time_ - first.time;
+    for (std::size_t i = 1; i < waiting_; ++i) queue_[i - 1] = queue_[i];
+    --waiting_;
+    return first;
+  }
+
+  EventSettings settings_;
+  NeedleCourse course_;
+  LocalForce model_{};
+  RunningNoise noise_{};
+  FallWindows windows_;
+  std::array<Detection, 4> queue_{};
+  std::size_t waiting_ = 0;
+  StreamStatus status_ = StreamStatus::learning;
+  Where where_ = Where::unknown;
+  bool started_ = false, falling_ = false, was_stuck_ = false, zero_known_ = false;
+  bool fall_is_sure_ = false;
+  double time_ = 0.0, since_ = 0.0, interval_ = 0.0;
+  double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0, last_reading_ = 0.0;
+  double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
+  double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, low_ = 0.0;
+  double fresh_at_ = 0.0, repeats_ = 0.0, stuck_until_ = -longest;
+  NeedleCourse::Place quiet_{}, low_at_{}, calm_at_{};
+};
+
+}  // namespace needleforce::events

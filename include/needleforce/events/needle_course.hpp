@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// How the needle moves: how fast, in which direction, whether through new tissue.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "event_settings.hpp"
+
+namespace needleforce::events {
+
+class NeedleCourse {
+ public:
+  struct Place {
+    double time = 0.0, depth = 0.0;
+  };
+
+  explicit NeedleCourse(const EventSettings& settings) noexcept
+      : turn_(4.0 * settings.depth_noise), rest_speed_(settings.rest_speed), within_(settings.within) {}
+
+  /// `turned` and `stopped` are about this reading alone. Wait-free.
+  void add(double time, double depth, double dt) noexcept {
+    turned_ = stopped_ = false;
+    if (count_ == 0) turning_ = deepest_ = {time, depth};
+    follow_direction(time, depth);
+    if (depth > deepest_.depth) deepest_ = {time, depth};
+    if (count_ == 0 || time - newest().time >= 0.95 * within_ / (places_.size() - 1)) remember(time, depth);
+    const double elapsed = time - oldest().time;
+    if (elapsed < 0.9 * within_) return;
+    speed_ = (depth - oldest().depth) / elapsed;
+    const Place& lately = places_[(count_ - 4) % places_.size()];
+    recent_ = (depth - lately.depth) / (time - lately.time);
+    follow_rest();
+    if (!resting_) usual_ += std::min(1.0, dt / (3.0 * within_)) * (speed_ - usual_);
+  }
+
+  /// After a gap: no speed is known across it.
+  void forget_speed() noexcept {
+    count_ = std::min<std::size_t>(count_, 1);
+    resting_ = true;
+    usual_ = speed_ = recent_ = 0.0;
+  }
+  /// Another insertion begins here: its tissue is new.
+  void begin(Place place) noexcept { deepest_ = place; }
+
+  bool turned() const noexcept { return turned_; }
+  bool stopped() const noexcept { return stopped_; }
+  const Place& turning() const noexcept { return turning_before_; }
+  bool inwards() const noexcept { return direction_ > 0; }
+  bool outwards() const noexcept { return direction_ < 0; }
+  bool resting() const noexcept { return resting_; }
+  /// Where it stood when it had already stopped.
+  const Place& since() const noexcept { return oldest(); }
+  /// Whether it goes deeper than ever, as far as the depth is known.
+  bool cuts(double depth) const noexcept { return inwards() && !resting_ && depth > deepest_.depth - turn_; }
+  /// Share of its speed that it has lost, beyond a fifth, which readings of a steady motion may.
+  double slowing() const noexcept {
+    if (!(usual_ > rest_speed_)) return 0.0;
+    return std::clamp((0.8 - speed_ / usual_) / 0.8, 0.0, 1.0);
+  }
+  /// Whether the newest readings of the depth go on as those before: not where it stops, or is read seldom.
+  bool steady() const noexcept { return recent_ > 0.7 * usual_; }
+
+ private:
+  const Place& newest() const noexcept { return places_[(count_ - 1) % places_.size()]; }
+  const Place& oldest() const noexcept {
+    return places_[count_ < places_.size() ? 0 : count_ % places_.size()];
+  }
+  void remember(double time, double depth) noexcept {
+    places_[count_ % places_.size()] = {time, depth};
+    if (++count_ == 2 * places_.size()) count_ = places_.size();
+  }
+  void follow_direction(double time, double depth) noexcept {
+    if (direction_ == 0 && std::abs(depth - turning_.depth) > turn_) {
+      direction_ = depth > turning_.depth ? 1 : -1;
+      turning_ = {time, depth};
+    }
+    const double onwards = direction_ * (depth - turning_.depth);
+    if (onwards > 0.0) turning_.depth = depth;
+    if (onwards > -0.5 * turn_) turning_.time = time;  // a hold ends when the needle leaves, not when it came
+    turned_ = direction_ != 0 && onwards < -turn_;
+    if (!turned_) return;
+    turning_before_ = turning_;
+    turning_ = {time, depth};
+    direction_ = -direction_;
+  }
+  void follow_rest() noexcept {
+    if (resting_) {
+      if (std::abs(speed_) < 2.0 * rest_speed_) return;
+      resting_ = false;
+      usual_ = speed_;
+    }
+    stopped_ = resting_ = std::abs(speed_) < rest_speed_ && std::abs(recent_) < rest_speed_;
+  }
+
+  double turn_, rest_speed_, within_;
+  std::array<Place, 11> places_{};
+  std::size_t count_ = 0;
+  Place turning_{}, turning_before_{}, deepest_{};
+  double speed_ = 0.0, recent_ = 0.0, usual_ = 0.0;
+  int direction_ = 0;
+  bool turned_ = false, stopped_ = false, resting_ = true;
+};
+
+}  // namespace needleforce::events
