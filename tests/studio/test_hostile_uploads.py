@@ -69,12 +69,12 @@ def test_a_file_that_bites_ends_in_words_and_the_server_answers_on(port, name, c
     own, place = {"Origin": f"http://127.0.0.1:{port}"}, f"/recordings?name={quote(name, safe='')}"
     status, text, _ = answer(port, place, "POST", content, **own)
     assert status == 202 and len(content) < 4 * 2**20
+    asked = json.dumps({"files": [{"key": json.loads(text)["key"]}]}).encode()
+    key = json.loads(answer(port, "/fits", "POST", asked, **own)[1])["key"]
     end = time.monotonic() + 120
-    while (job := json.loads(answer(port, f"/recordings/{json.loads(text)['key']}")[1]))["state"] in (
-        "waiting",
-        "running",
-    ):
+    while (job := json.loads(answer(port, f"/fits/{key}")[1]))["state"] in ("waiting", "running"):
         assert time.monotonic() < end
         time.sleep(0.1)
-    assert job["state"] == "done" and "root:" not in job["result"]["error"]
-    assert job["result"]["error"].startswith((name.replace("<", "_").replace(">", "_"), "_script")), job
+    (file,) = job["result"]["files"]
+    assert job["state"] == "done" and file["state"] == "unread" and "root:" not in file["problem"]
+    assert file["problem"].startswith((name.replace("<", "_").replace(">", "_"), "_script")), job
