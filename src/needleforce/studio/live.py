@@ -126,7 +126,7 @@ class Live:
         """End the run: the axis is stopped, the file is closed. A process that does not end is killed."""
         if self._task is None or self._task.done():
             return
-        self.stop()
+        self._process.stdin.close()  # the end of its input stops the axis
         done, _ = await asyncio.wait([self._task], timeout=END_TIME)
         if not done:
             self._process.kill()  # the axis stops by itself, as nobody speaks to it

@@ -130,7 +130,8 @@ def main(source: TextIO, target: TextIO) -> None:
         result = _recorded(job, publisher, stop)
         publisher.end()
         publisher.write({"kind": "end", **_outcome(result, publisher.why)})
-        publisher.write({"kind": "found", **_found(result.path)})
+        if publisher.why != SERVER_GONE:
+            publisher.write({"kind": "found", **_found(result.path)})
     except (InputError, KeyboardInterrupt) as error:
         before = "stopped before the recording began; there is no file"
         text = str(error) if isinstance(error, InputError) else before
