@@ -101,7 +101,7 @@ def test_a_run_is_watched_by_two_pages_stopped_by_the_second_and_opened_in_analy
             accounted(page, log)
         first.click("#live-analyse")
         first.wait_for_selector("#analyse:not([hidden])")
-        shows(first, "#progress", file.name)
+        shows(first, "#files", file.name)
 
 
 @pytest.mark.long
