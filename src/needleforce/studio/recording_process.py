@@ -54,6 +54,8 @@ def main() -> None:
         result = {"error": _without_folder(error)}
     except MemoryError:
         result = {"error": "The memory of this computer is not sufficient for these files."}
+    if "error" in result and Path(FILES).is_file():  # the files were read, and the page shows how
+        result |= json.loads(Path(FILES).read_bytes())
     _write(RESULT, result)
 
 

@@ -133,6 +133,7 @@ async function run(task) {
   if (!files.length) return;
   const mine = { key: null, task };
   running = mine;
+  openPanel(null);
   for (const file of files) file.look = null;
   const asked = [...files];
   const events = structuredClone(Object.fromEntries(asked.map((file) => [file.id, file.events])));
@@ -174,10 +175,10 @@ function stopped(text, wrong = false) {
 function ended({ state, result: found }, known, events) {
   if (state === "cancelled") return stopped("Cancelled. Press Identify to do it again.");
   if (state === "failed") return stopped("The process ended without a result. The memory may not suffice.", true);
+  if (found.files) looked(found.files, known);
   if (found.error) return stopped(found.error, true);
   const { key } = running;
   running = null;
-  looked(found.files, known);
   const wrong = known.filter(({ look }) => look.state === "unread");
   const none = !found.recordings && !found.compared;
   const answered = wrong.find(({ look }) => look.answered);
