@@ -90,7 +90,7 @@ demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo
 
 # what the Python tests need is fetched while the compiler works
 test: setup  ## every test; SHARE=3 with all repetitions of one of 14 shares
-	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser
+	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected
 	@$(MAKE) --no-print-directory test-python
 
 # -O2, as distributions compile: -O3, which the Python module has, takes a fifth longer to compile
@@ -106,6 +106,11 @@ test-system: .venv/.made
 # after the other system packages: one installer at a time
 test-browser: test-system
 	@PYTHON=$(PYTHON) tools/system_packages.sh browser || echo "the tests that open a page are skipped"
+
+# after an installation one process compiles what the tests import, else each of those that run them does
+.venv/.collected: .venv/.test-packages
+	@$(BIN)/python -m pytest --collect-only -q > /dev/null || true
+	@touch $@
 
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
@@ -160,8 +165,9 @@ proof-long: proof-sanitized  ## the long walks with sanitizers; SHARE=3 of 14 fo
 proof-threads: proof-tools
 	@$(WATCHED) "threads" --show -- tests/proof/threads.sh $(THREAD_TESTS)
 
+# in two weeks of shares 14 different walks from the same seeds
 proof-fuzz: proof-tools
-	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh 60 1
+	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh 40 $$(($(SHARE) + 1))
 
 fuzz: proof-tools  ## MINUTES=10: the fuzzer alone, for longer
 	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh $$(($(MINUTES) * 60))

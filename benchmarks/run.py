@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 sys.path.insert(0, str(Path(__file__).parent))
-from loop import bending, closed_paths, energy, guard_search, step
+from loop import bending, closed_paths, energy, guard_search, step, watching
 
 import needleforce as nf
 from needleforce.identification.models import COMPARED, OF_LAYERS
@@ -263,6 +263,7 @@ def demo():
 PARTS = (
     step,
     bending,
+    watching,
     mujoco,
     energy,
     closed_paths,
@@ -283,6 +284,7 @@ SCRIPTS = (
     "cross_validation",
     "replay",
     "events_by_eye",
+    "online_events",
     "puncture_evidence",
     "loading_curves",
     "rest_loops",

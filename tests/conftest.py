@@ -27,10 +27,10 @@ ROOT = Path(__file__).resolve().parents[1]
 
 SHARES = 14
 ALL_REPETITIONS = pytest.StashKey[bool]()  # of a test, and of the run what the test has that runs
-# each has a fixture that takes long to make: a campaign, an installed package, a plugin
-ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators"))
+# each has a fixture that takes long to make: a campaign, an installed package, a plugin, a browser with its server
+ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators", "studio"))
 # files that take long: at the end, one process would wait for the other
-EARLY = (*ONE_PROCESS, "tests/steering", "tests/studies")
+EARLY = (*ONE_PROCESS, "tests/steering", "tests/studies", "tests/fe/test_insertion_fit")
 
 
 def pytest_addoption(parser):

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a controller calls in its loop; the undefined symbols are checked against an allow-list.
 #include "needleforce/bending/flexible_insertion.hpp"
+#include "needleforce/events/event_detector.hpp"
 #include "needleforce/solid/condensed_insertion.hpp"
 
 using needleforce::Insertion;
 using needleforce::bending::Base;
 using needleforce::bending::SpatialInsertion;
+using needleforce::events::EventDetector;
 using needleforce::solid::CondensedInsertion;
 
 extern "C" {
@@ -26,6 +28,10 @@ double needleforce_bend(SpatialInsertion* needle, const Base* base, double dt) {
 
 double needleforce_solid(CondensedInsertion* insertion, double depth, double velocity, double dt) {
   return insertion->step(depth, velocity, dt).force;
+}
+
+double needleforce_watch(EventDetector* watch, double force, double depth, double dt) {
+  return watch->step(force, depth, dt).probability;
 }
 
 }  // extern "C"

@@ -180,13 +180,18 @@ def test_intervals_contain_the_truth_of_the_closed_form(many):
     "c10, strain, noise",
     [
         (300.0, 0.3, 0.01),
-        pytest.param(600.0, 0.3, 0.01, marks=pytest.mark.xfail(strict=True, reason="13 of 20 warned, 12 held")),
+        pytest.param(
+            600.0,
+            0.3,
+            0.01,
+            marks=[pytest.mark.long, pytest.mark.xfail(strict=True, reason="13 of 20 warned, 12 held")],
+        ),
         (150.0, 0.15, 0.01),
     ],
 )
 def test_a_neo_hookean_fit_of_what_is_none_says_so_and_holds_the_modulus(c10, strain, noise, many):
     said = held = 0
-    seeds = many(20, 20)
+    seeds = many(6, 20)
     for seed in range(seeds):
         depth, force = recorded(rivlin(c10, 750.0 - c10), strain * HEIGHT, noise=noise, seed=seed)
         found = fe.fit_hyperelastic(disc(fe.NeoHookean(700.0)), depth, force, bonded=False, steps=6)

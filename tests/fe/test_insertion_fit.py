@@ -79,9 +79,9 @@ def fitted(true, specimen):
     return fe.fit_insertion(specimen, PATH, insertion(true))
 
 
-def test_with_the_geometry_the_modulus_is_found_and_a_half_space_gives_too_much(fitted):
+def test_with_the_geometry_the_modulus_is_found_and_a_half_space_gives_too_much(fitted, many):
     factors = []
-    narrower = [(block(radii, 0.5, 80e3), block(radii, 0.25).condense(FINE_PATH)) for radii in (10, 20)]
+    narrower = [(block(radii, 0.5, 80e3), block(radii, 0.25).condense(FINE_PATH)) for radii in (10, 20)[: many(1, 2)]]
     for found in (*(fe.fit_insertion(start, PATH, insertion(solid)) for start, solid in narrower), fitted):
         assert modulus(found) == pytest.approx(YOUNG, rel=0.03)
         assert found.parameters.friction_per_length.value == pytest.approx(FRICTION, rel=0.03)
@@ -91,7 +91,8 @@ def test_with_the_geometry_the_modulus_is_found_and_a_half_space_gives_too_much(
         assert found.geometry_factor == pytest.approx(found.half_space_modulus / modulus(found))
         factors.append(found.geometry_factor)
     # the walls of the cup are taken for a stiffer tissue
-    assert factors[0] > 1.6 and 1.4 < factors[1] < 1.6 and 1.2 < factors[2] < 1.4
+    assert factors[0] > 1.6 and 1.2 < factors[-1] < 1.4
+    assert all(1.4 < each < 1.6 for each in factors[1:-1])
 
 
 def test_the_wrong_block_gives_the_wrong_modulus(true):
@@ -169,12 +170,12 @@ def test_what_the_model_has_not_is_named_with_its_place(true, specimen):
     assert not any("the tissue does" in text for text in found.warnings)
 
 
-def test_tissue_with_mass_in_an_independent_simulation(specimen):
+def test_tissue_with_mass_in_an_independent_simulation(specimen, many):
     # nodes that stick and slip by another algorithm, a tip that is spread over two spacings, waves
     moving = fe.TissueDynamics(block(40, 1.0), damping=fe.Rayleigh.from_ratios((10.0, 200.0), (0.05, 0.05)))
     path = fe.NeedlePath(LENGTH, 0.75e-3, RADIUS)
     reduced = fe.ReducedTissue(moving, path, modes=20)
-    for speed, dt in ((5e-3, 10e-3), (50e-3, 2e-3)):
+    for speed, dt in ((50e-3, 2e-3), (5e-3, 10e-3))[: many(1, 2)]:
         needle = fe.DynamicInsertion(reduced, path, friction=FRICTION, cutting=CUTTING, dt=dt, theta=1.0)
         run = needle.run(np.concatenate([fe.stroke(b, speed, dt, start=a) for a, b in pairwise(CYCLE)]))
         time = np.arange(run.time[0], run.time[-1], 0.2 * dt)

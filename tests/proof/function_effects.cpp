@@ -8,6 +8,7 @@
 #include "needleforce/base_guard.hpp"
 #include "needleforce/bending/flexible_insertion.hpp"
 #include "needleforce/bending/tip_estimator.hpp"
+#include "needleforce/events/event_detector.hpp"
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/guard.hpp"
 #include "needleforce/live.hpp"
@@ -126,6 +127,14 @@ double bend(Needle& needle) noexcept [[clang::nonblocking]] {
   estimator.shape([&](const needleforce::bending::Vector& point) noexcept { sum += point[0]; });
   estimator.reset();
   return sum;
+}
+
+// what looks for events
+[[maybe_unused]] double watched(needleforce::events::EventDetector& watch) noexcept [[clang::nonblocking]] {
+  const auto copy = watch.snapshot();
+  const double probability = watch.step(0.0, 0.0, 1e-3).probability;
+  if (watch.status() != needleforce::events::StreamStatus::ok) watch.reset();
+  return probability + copy.noise() + copy.needed_fall();
 }
 
 // what the loop calls while another thread replaces the model

@@ -9,7 +9,7 @@ import urllib.request
 import pytest
 from browser import shows
 from studio_server import running
-from test_analyse import dropped, ended, given_away, parameters
+from test_analyse import FIT, dropped, ended, given_away, parameters
 
 from needleforce.studio import recording_jobs, server
 
@@ -71,7 +71,7 @@ def test_a_server_that_is_stopped_and_started_loses_nothing(browser, wasm, root,
             page.wait_for_selector("#simulator:not([hidden])")
             page.click("#to-analyse")
             page.set_input_files("#file", root / "examples" / "insertion.csv")
-            page.wait_for_selector("#found:not([hidden])", timeout=120_000)
+            page.wait_for_selector("#found:not([hidden])", timeout=FIT)
             before = parameters(page)
         page.click("#identify")
         shows(page, "#progress", "Start needleforce studio again")

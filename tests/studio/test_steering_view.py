@@ -16,7 +16,7 @@ from needleforce.studio import planning
 from needleforce.studio.solid_example import solid_example
 from needleforce.studio.steering_presets import steering_presets
 
-SLOW = (sys.executable, "-c", 'import time; print(\'{"count": 1, "cost": 1.0}\', flush=True); time.sleep(60)')
+SLOW = "import json, os, time; print(json.dumps({'count': os.getpid(), 'cost': 1.0}), flush=True); time.sleep(60)"
 RESULTS = {"tip": slice(7, 10), "force": 10, "wrench": slice(12, 18)}
 FIELD = """async ([along, aside]) => {
   const { SolidField } = await import("./solid_field.js");

@@ -2,18 +2,16 @@
 """The server of the studio answers its own page alone, and opens no path that a client gives."""
 
 import asyncio
-import http.client
 import json
 import re
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
 from urllib.parse import quote
 
 import pytest
 import uvicorn
-from studio_server import running
+from studio_server import answer, running
 
 import needleforce as nf
 from needleforce.studio import access, page_files, recording_jobs, server
@@ -46,17 +44,6 @@ def wait_for(condition):
             return
         time.sleep(0.05)
     pytest.fail("it does not happen")
-
-
-def answer(port: int, path: str = "/", method: str = "GET", body: bytes = b"", **headers):
-    with closing(http.client.HTTPConnection("127.0.0.1", port, timeout=30)) as connection:
-        connection.putrequest(method, path, skip_host=True)
-        length = {"Content-Length": str(len(body))} if body else {}
-        for name, value in {"Host": f"127.0.0.1:{port}", **length, **headers}.items():
-            connection.putheader(name, value)
-        connection.endheaders(body or None)
-        got = connection.getresponse()
-        return got.status, got.read(), got.headers
 
 
 def sent(port: int, body: bytes = b"1", name: str = "a.csv"):

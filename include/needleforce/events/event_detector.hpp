@@ -99,7 +99,6 @@ class EventDetector {
   }
 
   void look(double force, double depth) noexcept {
-    threshold_ = noise_.threshold(settings_.false_alarms, interval_, settings_.within);
     if (where_ == Where::unknown) return begin(force);
     if (where_ == Where::outside) return look_for_contact(force, depth);
     if (windows_.available(0)) peak_ = std::max(peak_, windows_.calm_now(0) - zero_);
@@ -142,10 +141,10 @@ class EventDetector {
     }
     if (!course_.inwards() || course_.resting()) return;
     for (std::size_t k = 0; windows_.available(k); ++k) {
-      const double rise = windows_.calm_now(k) - zero_, sd_of_rise = significant(k) / threshold_;
-      if (rise < std::max(settings_.contact_force, significant(k))) continue;
+      const double rise = windows_.calm_now(k) - zero_;
+      if (rise < settings_.contact_force || rise < significant(k)) continue;
       const bool long_outside = quiet_.time - where_since_ > 3.0 * settings_.within;
-      const double backed = normal((rise - 0.5 * settings_.contact_force) / sd_of_rise);
+      const double backed = normal((rise - 0.5 * settings_.contact_force) / sd_of_fall(k));
       found(EventKind::contact, quiet_, rise, long_outside && !was_stuck_ ? backed : 0.5 * backed);
       contact_depth_ = quiet_.depth;
       course_.begin({quiet_.time, quiet_.depth});
@@ -154,11 +153,16 @@ class EventDetector {
     }
   }
 
-  /// A fall that noise does not explain, over windows of this length.
-  double significant(std::size_t k) const noexcept {
-    constexpr double of_a_difference = 1.4142135623730951;
-    return threshold_ * noise() * of_a_difference * noise_.of_mean(FallWindows::readings(k));
+  /// Standard deviations that noise hardly exceeds, of a difference between two means and its own.
+  double threshold() const noexcept {
+    return noise_.threshold(settings_.false_alarms, interval_, settings_.within);
   }
+  double sd_of_fall(std::size_t k) const noexcept {
+    constexpr double of_a_difference = 1.4142135623730951;
+    return noise() * of_a_difference * noise_.of_mean(FallWindows::readings(k));
+  }
+  /// A fall that noise does not explain, over windows of this length.
+  double significant(std::size_t k) const noexcept { return threshold() * sd_of_fall(k); }
   /// What a puncture needs, above what a force in proportion to the speed loses where the needle slows down.
   double needed() const noexcept {
     return part * std::max(settings_.fall, settings_.share * peak_) +
@@ -169,9 +173,9 @@ class EventDetector {
     const double least = needed();
     for (std::size_t k = 0; windows_.available(k); ++k) {
       const FallWindows::Top& top = windows_.top(k);
-      const double fall = top.level - windows_.now(k), significant_fall = significant(k);
-      if (!(fall >= std::max(least, significant_fall))) continue;
-      const double backed = normal((fall - 0.5 / part * least) * threshold_ / significant_fall);
+      const double fall = top.level - windows_.now(k);
+      if (!(fall >= least) || fall < significant(k)) continue;
+      const double backed = normal((fall - 0.5 / part * least) / sd_of_fall(k));
       const double most = !sure(force) ? 0.5 : k == 0 && !windows_.fast() ? 0.9 : 1.0;
       found(EventKind::puncture, {top.time, top.depth}, fall, most * backed);
       falling_ = true;
@@ -197,7 +201,7 @@ class EventDetector {
   /// Where the fall ends, the needle slides on.
   void follow_fall(double force, double depth) noexcept {
     if (force < low_) restart(force, depth);
-    if (time_ - fell_at_ < settings_.within && force < low_ + threshold_ * noise()) return;
+    if (time_ - fell_at_ < settings_.within && force < low_ + threshold() * noise()) return;
     falling_ = false;
     const bool stays = fell_from_ - force > 0.5 * (fell_from_ - low_);
     if (stays && course_.inwards() && !course_.resting())
@@ -281,7 +285,7 @@ class EventDetector {
   Where where_ = Where::unknown;
   bool started_ = false, falling_ = false, was_stuck_ = false, zero_known_ = false;
   bool fall_is_sure_ = false;
-  double time_ = 0.0, since_ = 0.0, interval_ = 0.0, threshold_ = 0.0;
+  double time_ = 0.0, since_ = 0.0, interval_ = 0.0;
   double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0, last_reading_ = 0.0;
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
   double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, low_ = 0.0;

@@ -31,7 +31,7 @@ class FallWindows {
   void restart() noexcept {
     count_ = 0;
     slot_age_ = 0.0;
-    closed_ = {};
+    highest_ = {};
     tops_ = {};
   }
 
@@ -56,21 +56,22 @@ class FallWindows {
   /// Whether readings follow so fast that the newest can be left out.
   bool fast() const noexcept { return 40.0 * interval_ <= within_; }
   /// Mean of the newest readings.
-  double now(std::size_t k) const noexcept { return fast() ? calm_now(k) : mean(sums_, count_, readings(k)); }
+  double now(std::size_t k) const noexcept { return fast() ? calm_now(k) : mean(sums_, count_, k); }
   /// The same of medians, without the newest reading.
-  double calm_now(std::size_t k) const noexcept { return mean(calm_sums_, count_ - 1, readings(k)); }
+  double calm_now(std::size_t k) const noexcept { return mean(calm_sums_, count_ - 1, k); }
   /// The highest mean before.
   const Top& top(std::size_t k) const noexcept {
-    const Top& open = tops_[k][slot_];
-    return closed_[k].level > open.level ? closed_[k] : open;
+    const Top &open = tops_[k][slot_], &closed = tops_[k][highest_[k]];
+    return closed.level > open.level ? closed : open;
   }
 
  private:
   static constexpr std::size_t kept = 128, most = 1024;
   using Sums = std::array<double, kept>;
 
-  double mean(const Sums& sums, std::size_t end, std::size_t n) const noexcept {
-    return (sums[end % kept] - sums[(end - n) % kept]) / static_cast<double>(n);
+  double mean(const Sums& sums, std::size_t end, std::size_t k) const noexcept {
+    constexpr std::array<double, lengths> shares{1.0, 1.0 / 2, 1.0 / 4, 1.0 / 8, 1.0 / 16, 1.0 / 32};
+    return (sums[end % kept] - sums[(end - readings(k)) % kept]) * shares[k];
   }
   /// The reading before the newest, or the median of it and its neighbours.
   double calm() const noexcept {
@@ -81,19 +82,28 @@ class FallWindows {
   }
   void take_earlier(std::size_t k) noexcept {
     const std::size_t n = readings(k);
-    const double level = mean(calm_sums_, count_ - n, n);
+    const double level = mean(calm_sums_, count_ - n, k);
     const Top& place = places_[(count_ - 1 - n) % kept];
     if (level > tops_[k][slot_].level) tops_[k][slot_] = {level, place.time, place.depth};
   }
+  /// The oldest slot is emptied. Its window is searched again only where it had the highest mean.
   void next_slot() noexcept {
     slot_age_ = 0.0;
+    const std::size_t closed = slot_;
     slot_ = (slot_ + 1) % slots;
     for (std::size_t k = 0; k < lengths; ++k) {
       tops_[k][slot_] = {};
-      closed_[k] = {};
-      for (const Top& top : tops_[k])
-        if (top.level > closed_[k].level) closed_[k] = top;
+      if (highest_[k] == slot_)
+        search(k);
+      else if (tops_[k][closed].level > tops_[k][highest_[k]].level)
+        highest_[k] = closed;
     }
+  }
+  void search(std::size_t k) noexcept {
+    std::size_t highest = 0;
+    for (std::size_t i = 1; i < slots; ++i)
+      if (tops_[k][i].level > tops_[k][highest].level) highest = i;
+    highest_[k] = highest;
   }
   /// Sums of long streams would lose digits.
   void rebase() noexcept {
@@ -107,7 +117,7 @@ class FallWindows {
   Sums sums_{}, calm_sums_{};
   std::array<Top, kept> places_{};
   std::array<std::array<Top, slots>, lengths> tops_{};
-  std::array<Top, lengths> closed_{};
+  std::array<std::size_t, lengths> highest_{};  // slot with the highest mean
   std::size_t count_ = 0, slot_ = 0;
   double slot_age_ = 0.0;
 };

@@ -21,7 +21,7 @@ from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run import POLL_INTERVAL_S, Run
 from .run_writer import RunWriter
 from .safety_monitor import SafetyMonitor
-from .settings import Progress, Received, RestBias, RunResult, Settings
+from .settings import Progress, RestBias, RunResult, Settings, Written
 from .sources.source import ForceSample, ForceSource, MotionAxis
 
 MIN_READINGS_AT_REST = 10
@@ -41,7 +41,7 @@ def record_run(
     view: Callable[[Progress], None] | None = None,
     stop: threading.Event | None = None,
     when_withdrawn: Callable[[], None] | None = None,
-    feed: Callable[[Received], None] | None = None,
+    feed: Callable[[Written], None] | None = None,
 ) -> RunResult:
     """Record one run: the bias at rest, then the moves.
 
@@ -107,16 +107,14 @@ def record_run(
             monitor.samples.clear()
         with _signals_set(stop):
             bias = take_bias(monitor, settings, stop)
-            marks: list = []
             run = Run(
                 path=Path(path),
-                run_writer=RunWriter(_log_writer(path, force, card, settings), force, marks.append),
+                run_writer=RunWriter(_log_writer(path, force, card, settings), force),
                 monitor=monitor,
                 bias=bias,
                 settings=settings,
                 view=view,
                 feed=feed,
-                marks=marks,
             )
             motion = MotionSequence(axis, moves, settings.silence, monitor.send_move) if moves else None
             return run.run(motion, stop)

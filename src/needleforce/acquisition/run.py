@@ -20,7 +20,7 @@ from .axis_check import REACTION_TIME_S, StopReport
 from .motion_sequence import EndReason, MotionSequence, RunEnded
 from .run_writer import FILE_ENDS, RunWriter
 from .safety_monitor import SafetyMonitor
-from .settings import Progress, Received, RestBias, RunResult, Settings
+from .settings import Progress, RestBias, RunResult, Settings, Written
 from .sources.source import ForceSample
 
 POLL_INTERVAL_S = 0.02
@@ -47,12 +47,11 @@ class Run:
         bias: RestBias,
         settings: Settings,
         view: Callable[[Progress], None] | None,
-        feed: Callable[[Received], None] | None,
-        marks: list[tuple],
+        feed: Callable[[Written], None] | None,
     ):
         self._path, self._run_writer, self._monitor = path, run_writer, monitor
         self._bias, self._settings, self._view = bias, settings, view
-        self._feed, self._marks = feed, marks  # marks that were written and not yet fed
+        self._feed = feed
         self._begun = self._flushed = time.monotonic()
         self._processor_time = time.process_time()
         self._viewed = self._peak = self._force = 0.0
@@ -262,12 +261,11 @@ class Run:
 
     def _feed_on(self, now: float, new: list[tuple[ForceSample, int]], states: list[tuple[AxisState, int]]) -> None:
         """Feed what was written; whoever watches cannot end the run."""
-        marks = list(self._marks)
-        self._marks.clear()
+        marks, self._run_writer.marks = self._run_writer.marks, []
         if self._feed is not None:
             forces = [self._monitor.axial(sample) for sample, _ in new]
             with contextlib.suppress(Exception):
-                self._feed(Received(new, forces, states, marks, self._progress(now)))
+                self._feed(Written(new, forces, states, marks, self._progress(now)))
 
     def _progress(self, now: float) -> Progress:
         counts = self._run_writer.check.total

@@ -4,7 +4,7 @@
 import errno
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 from ..errors import InputError
@@ -45,14 +45,15 @@ class DeviceClock:
 class RunWriter:
     """Writes one run with ``writer``, a LogWriter. Raises RunEnded if the writer fails.
 
-    ``on_mark`` is called with arrival [ns], kind and facts of each mark after it was written.
+    ``marks`` are those that were written since they were taken: arrival [ns], kind and facts.
     """
 
-    def __init__(self, writer: Any, source: ForceSource, on_mark: Callable[[tuple], None] = lambda mark: None):
+    def __init__(self, writer: Any, source: ForceSource):
         self.check = SequenceCheck()
+        self.marks: list[tuple[int, str, dict[str, Any]]] = []
         self.pairs: list[tuple[int, int]] = []  # time of the sensor and arrival [ns], of some readings
         self._pair_interval = _PAIR_INTERVAL
-        self._writer, self._source, self._on_mark = writer, source, on_mark
+        self._writer, self._source = writer, source
         self._clock, self._axis_clock = DeviceClock(), DeviceClock()
         self._source_counts = dict.fromkeys(SOURCE_COUNTS, 0)
         self._status: set[int] = {0}
@@ -128,7 +129,7 @@ class RunWriter:
     def mark(self, kind: str, **facts: Any) -> None:
         """Write a mark at the time of the last arrival."""
         self._write("mark", self._arrival, kind, **facts)
-        self._on_mark((self._arrival, kind, facts))
+        self.marks.append((self._arrival, kind, facts))
 
     def flush(self) -> None:
         """Pass everything written so far to the system, so that it survives a crash of this program."""

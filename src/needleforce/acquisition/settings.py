@@ -188,7 +188,7 @@ class Progress(NamedTuple):
     bias: float
 
 
-class Received(NamedTuple):
+class Written(NamedTuple):
     """What a run wrote since the last call: readings with the times in the file [ns] and the axial force [N] of each,
     states of the axis with their times [ns], and marks with time [ns], kind and facts."""
 

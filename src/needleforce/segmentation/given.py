@@ -82,14 +82,16 @@ def _with_punctures(
     samples = [min(max(_sample(time, each), first), stop - 1) for each in times]
     ends = [*samples[1:], stop]
     made = [
-        known.get(float(time[k])) or _puncture(k, end, one.contact, time, depth, force) for k, end in zip(samples, ends)
+        known.get(float(time[k])) or _puncture(range(k, end), one.contact, time, depth, force)
+        for k, end in zip(samples, ends)
     ]
     minor = tuple(each for each in (*one.punctures, *one.minor) if each not in made)
     return replace(one, punctures=tuple(made), minor=tuple(sorted(minor, key=lambda each: each.time)))
 
 
-def _puncture(k: int, end: int, contact: Event, time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> Puncture:
-    """The puncture whose peak is sample ``k``, with its fall before sample ``end``."""
+def _puncture(span: range, contact: Event, time: np.ndarray, depth: np.ndarray, force: np.ndarray) -> Puncture:
+    """The puncture whose peak is the first sample of a span, with its fall within the span."""
+    k, end = span.start, span.stop
     far = np.flatnonzero(depth[k:end] > depth[k] + MAX_GRADUAL_TRAVEL_M)
     reach = k + int(far[0]) if len(far) else end
     lowest = k + int(np.argmin(force[k : max(reach, k + 1)]))

@@ -27,7 +27,7 @@ PHANTOM = "phantom"  # the paper's, at a site of its own for each run
 _BUSY = ("starting", "running", "stopping")
 _VIRTUAL = {
     "sensor": None, "sensor_page": "", "axis": None, "force_limit_n": None, "axial": "fz", "filter_length": 10,
-    "bias_s": 0.5, "steady_n": 0.05, "max_force_gap_s": 0.25, "frozen_check": True, "needle": "", "tissue": "",
+    "bias_s": 0.5, "steady_n": 0.05, "max_force_gap_s": 0.5, "frozen_check": True, "needle": "", "tissue": "",
 }  # fmt: skip
 
 
@@ -68,9 +68,9 @@ class Watcher:
         """What is to be sent now."""
         (points, readings), events = self.points.take(), self.events
         self.points.limit, self.events = WAITING_POINTS, []
-        told = {"points": points, "readings": readings, "events": events, "events_left_out": self.left_out}
-        told["fresh"], self.fresh, self.changed, self.left_out = self.fresh, False, False, 0
-        return told
+        taken = {"points": points, "readings": readings, "events": events, "events_left_out": self.left_out}
+        taken["fresh"], self.fresh, self.changed, self.left_out = self.fresh, False, False, 0
+        return taken
 
 
 class Live:
@@ -126,7 +126,7 @@ class Live:
         """End the run: the axis is stopped, the file is closed. A process that does not end is killed."""
         if self._task is None or self._task.done():
             return
-        self.stop()
+        self._process.stdin.close()  # the end of its input stops the axis
         done, _ = await asyncio.wait([self._task], timeout=END_TIME)
         if not done:
             self._process.kill()  # the axis stops by itself, as nobody speaks to it

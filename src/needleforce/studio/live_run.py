@@ -20,7 +20,7 @@ from typing import Any, TextIO
 from ..acquisition.axis_check import stop_distance
 from ..acquisition.motion_sequence import EndReason
 from ..acquisition.recorder import AxisNotStopped, record_run
-from ..acquisition.settings import Received, RunResult, Settings
+from ..acquisition.settings import RunResult, Settings, Written
 from ..acquisition.sources.opening import force_limit, open_sources
 from ..checks import within
 from ..errors import InputError
@@ -54,19 +54,19 @@ class Publisher:
         self._lock, self._writing, self._ending = threading.Lock(), threading.Lock(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="publisher", daemon=True)
 
-    def feed(self, received: Received) -> None:
+    def feed(self, written: Written) -> None:
         """Take what was written; returns at once."""
         with self._lock:
-            if self._begun is None and received.samples:
-                self._begun = received.samples[0][1]
-            readings = [(self._time(at), force) for (_, at), force in zip(received.samples, received.forces)]
-            states = [(self._time(at), state.depth) for state, at in received.states]
+            if self._begun is None and written.samples:
+                self._begun = written.samples[0][1]
+            readings = [(self._time(at), force) for (_, at), force in zip(written.samples, written.forces)]
+            states = [(self._time(at), state.depth) for state, at in written.states]
             points = self._along.add(readings, states)
             self._points.add(points, len(points))
-            new = [{"time": self._time(at), "kind": kind, "text": _words(facts)} for at, kind, facts in received.marks]
+            new = [{"time": self._time(at), "kind": kind, "text": _words(facts)} for at, kind, facts in written.marks]
             self._left_out += max(0, len(self._events) + len(new) - MAX_EVENTS)
             self._events = (self._events + new)[-MAX_EVENTS:]
-            self._progress = received.progress._asdict()
+            self._progress = written.progress._asdict()
 
     def order_stop(self, why: str) -> None:
         """Stop the run, once."""
@@ -111,8 +111,8 @@ class Publisher:
             progress = self._progress
         if readings or events:
             rounded = [[None if v is None else round(v, 8) for v in point] for point in points]
-            told = {"points": rounded, "readings": readings, "events": events, "events_left_out": left_out}
-            self.write({"kind": "points", **told, "progress": progress})
+            sent = {"points": rounded, "readings": readings, "events": events, "events_left_out": left_out}
+            self.write({"kind": "points", **sent, "progress": progress})
 
     def _time(self, at: int) -> float:
         return max(0.0, (at - (at if self._begun is None else self._begun)) * 1e-9)
@@ -130,7 +130,8 @@ def main(source: TextIO, target: TextIO) -> None:
         result = _recorded(job, publisher, stop)
         publisher.end()
         publisher.write({"kind": "end", **_outcome(result, publisher.why)})
-        publisher.write({"kind": "found", **_found(result.path)})
+        if publisher.why != SERVER_GONE:
+            publisher.write({"kind": "found", **_found(result.path)})
     except (InputError, KeyboardInterrupt) as error:
         before = "stopped before the recording began; there is no file"
         text = str(error) if isinstance(error, InputError) else before
@@ -172,7 +173,9 @@ def _recorded(job: dict[str, Any], publisher: Publisher, stop: threading.Event) 
             {"kind": "opened", **_declared(axis, moves), "force_limit": limit, "force_limit_source": source}
         )
         card = {"needle": rig["needle"], "tissue": rig["tissue"], "rig": rig["words"]}
-        return record_run(Path(job["file"]), force, axis, moves, card, settings, stop=stop, feed=publisher.feed)
+        return record_run(
+            Path(job["file"]), force, axis, moves, card=card, settings=settings, stop=stop, feed=publisher.feed
+        )
 
 
 @contextmanager
@@ -196,9 +199,9 @@ def _moves(motion: dict[str, float] | None) -> list[tuple[float, float]]:
     if motion is None:
         return []
     start, depth, speed, hold = (motion[name] for name in ("start", "depth", "speed", "hold"))
-    within("speed", speed, 1e-6, 1.0, "m/s", "Give a speed in mm/s.")
-    within("hold", hold, 0.0, 3600.0, "s", "Give a shorter hold.")
-    within("start", start, -1.0, 1.0, "m", "Give the depth of the tip before it touches, such as −5 mm.")
+    within("speed", speed, 1e-6, 1.0, "m/s", next_step="Give a speed in mm/s.")
+    within("hold", hold, 0.0, 3600.0, "s", next_step="Give a shorter hold.")
+    within("start", start, -1.0, 1.0, "m", next_step="Give where the tip is free, such as −5 mm.")
     if not start < depth < 1.0:
         step = "Give a greater depth, or another start."
         raise InputError(

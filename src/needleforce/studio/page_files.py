@@ -19,7 +19,8 @@ from ..preset_files.build import needle_lines
 from ..preset_files.presets import preset, presets
 from ..preset_files.schema import EQUIVALENCES, si_key, tips
 from ..vocabulary import __version__
-from .solid_example import SOLID_FILE, solid_example
+from .planning import MAX_OBSTACLES
+from .solid_example import SOLID, SOLID_FILE, SOLID_TITLE, solid_example
 from .steering_presets import steering_presets
 
 PAGE = Path(__file__).with_name("page")
@@ -108,6 +109,8 @@ def tables() -> dict[str, Any]:
         "tips": _classes(tips(), TIPS | _seen(models.values(), _tips)),
         "equivalences": EQUIVALENCES,
         "presets": {name: shown_model(model) for name, model in models.items()},
+        "max_obstacles": MAX_OBSTACLES,
+        "solid": {"name": SOLID, "file": SOLID_FILE, "title": SOLID_TITLE},
         "steering": {name: each.entry() for name, each in steering_presets().items()},
     }
 

@@ -115,10 +115,11 @@ async def lines_of(question: bytes, turn: asyncio.Semaphore) -> AsyncIterator[by
                 process.stdin.close()
             async for line in process.stdout:
                 yield line
-        finally:
-            with suppress(ProcessLookupError):
-                process.kill()
             await process.wait()
+        finally:
+            if process.returncode is None:
+                with suppress(ProcessLookupError):
+                    process.kill()
 
 
 def steering_routes() -> list[Any]:

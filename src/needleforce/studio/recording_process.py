@@ -6,6 +6,7 @@
 """
 
 import json
+import os
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -50,10 +51,15 @@ def main() -> None:
     try:
         result = _result(request)
     except InputError as error:
-        result = {"error": str(error)}
+        result = {"error": _without_folder(error)}
     except MemoryError:
         result = {"error": "The memory of this computer is not sufficient for these files."}
     _write(RESULT, result)
+
+
+def _without_folder(error: InputError) -> str:
+    """The page names no folder of the server."""
+    return str(error).replace(f"{Path.cwd()}{os.sep}", "")
 
 
 def _write(name: str, document: dict[str, Any]) -> None:
@@ -142,7 +148,7 @@ def _put_state(shown: dict[str, Any], own: list[Source]) -> None:
         return
     problems = [each.found for each in own if isinstance(each.found, InputError)]
     shown["state"] = "used" if len(problems) < len(own) else "unread"
-    shown["problem"] = str(problems[0]) if problems else ""
+    shown["problem"] = _without_folder(problems[0]) if problems else ""
     shown["answered"] = any(OPTION.search(each.next_step) for each in problems)
     shown["likely"] = dict(LIKELY.findall(problems[0].next_step)) if problems else {}
     recordings = [each.found for each in own if not isinstance(each.found, InputError)]

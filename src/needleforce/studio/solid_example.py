@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 SOLID = "solid"  # its name among the needles of the page
 SOLID_FILE = "solid.json"
+SOLID_TITLE = "Polymer in gelatin, a solid"
 _RADIUS, _DEPTH, _NEEDLE_DEPTH, _SPACING = 15e-3, 28e-3, 20e-3, 2e-3  # [m] of the cup, and of the path
 _MODULUS = 12e3  # [Pa] of the gelatin
 _ACROSS, _DOWN = 13, 27  # places of the section
@@ -81,14 +82,14 @@ def solid_example() -> SolidExample:
     places = np.linspace(0.0, 0.97 * _RADIUS, _ACROSS) ** 2 / (0.97 * _RADIUS), np.linspace(0.0, _DEPTH, _DOWN)
     return SolidExample(
         preset=SteeringPreset(
-            title="Polymer in gelatin, a solid",
+            title=SOLID_TITLE,
             summary="1.4 mm, E = 2 GPa, in gelatin of 12 kPa, condensed onto the needle's path and drawn as it moves.",
             axial="paper",
             needle=needle,
             lateral=tuple(across.layers),
             depth=19e-3,
-            target=(1.5e-3, 0.0, 17e-3),
-            options={"guide_distance": 20e-3},
+            target=(0.5e-3, 0.0, 17e-3),
+            options={"guide_distance": 10e-3},
             tissue=gelatin.condense(path),
         ),
         across=places[0],

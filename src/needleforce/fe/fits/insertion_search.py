@@ -111,18 +111,9 @@ class InsertionSearch:
         return self.curve.force[self.curve.used]
 
     def condensed(self, numbers: np.ndarray) -> CondensedTissue:
-        """The tissue with the moduli of some numbers; the last one is kept, for most derivatives leave it as it is."""
-        moduli, (last, tissue) = numbers[self.moduli].tobytes(), self._last
-        if moduli != last:
-            known = self.solid.condensed
-            compliance = self.solid.compliance(numbers[self.moduli])
-            tissue = CondensedTissue(known.spacing, compliance, known.radius, known.summary)
-            self._last[:] = moduli, tissue
-        return tissue
-
-    @cached_property
-    def _last(self) -> list:
-        return [b"", None]
+        """The tissue with the moduli of some numbers."""
+        known = self.solid.condensed
+        return CondensedTissue(known.spacing, self.solid.compliance(numbers[self.moduli]), known.radius, known.summary)
 
     def model(self, numbers: np.ndarray) -> Model:
         """Friction and cutting force of some numbers, with a tip that breaks through at once."""

@@ -64,13 +64,11 @@ export async function start(files, chosen, onState) {
   let answer = { status: 404 };
   for (let tries = 0; tries < 2 && answer.status === 404; ++tries) {
     if (tries) {
-      for (const file of files) file.key = null;
-      const lost = files.filter(({ file }) => !file).map(({ name }) => name);
-      if (lost.length) throw new Error(`The server has ${lost.join(", ")} no more: drop ${lost.length > 1 ? "them" : "it"} again.`);
+      for (const one of files) [one.key, one.error] = [null, one.file ? "" : "The server has it no more: drop it again."];
       await send(files, onState);
     }
     const known = files.filter(({ key }) => key);
-    if (!known.length) throw new Error("None of the files could be sent.");
+    if (!known.length) throw new Error("The server has none of these files: drop them again.");
     answer = await ask("fits", { method: "POST", body: request(known, chosen) });
   }
   if (answer.error) throw new Error(answer.error);

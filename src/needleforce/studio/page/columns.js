@@ -5,7 +5,7 @@
 import { element, words } from "./controls.js";
 
 const USUAL = { time: "s", depth: "mm", velocity: "mm/s", force: "N" }; // where a sign is reversed and no unit is known
-const IN_LISTS = ["columns", "units", "inwards", "part"]; // options that have lists of their own
+const IN_LISTS = ["columns", "units", "inwards", "part", "motion_part"]; // options that have lists of their own
 const MOST_DIGITS = 6;
 
 const option = (value, text, selected) => element("option", { value, selected }, text);
@@ -29,8 +29,10 @@ function choice(name, values, chosen, none) {
 export function showColumns(place, file, offered, others, onRead) {
   const { look, options } = file;
   const columns = look.columns.map((column, k) => columnControls(column, k, file, offered));
-  const part = choice("part of the file", [["all", "all"], ...look.parts.map((name, k) => [name || k + 1, name || `number ${k + 1}`])],
-    options.part, "the only one");
+  const part = choice("part of the file", [["all", "all"], ...look.parts.map((name, k) => [name || k + 1, name || `number ${k + 1}`]),
+    ["cycle *", "each cycle"]], options.part, look.parts.length > 1 ? "choose" : "the whole");
+  const tables = (look.tables ?? []).filter((name) => name);
+  const table = choice("table with the motion", tables.map((name) => [name, name]), options.motion_part, "the same");
   const inwards = choice("depth during insertion", offered.inwards.map((name) => [name, name]), options.inwards, "as the data show");
   const motion = choice("motion", others.map(({ id, name }) => [id, name]), file.motion, "in this file");
   const further = furtherControls(offered.options, options);
@@ -40,6 +42,7 @@ export function showColumns(place, file, offered, others, onRead) {
     const made = { ...further(), ...chosenColumns(columns, options) };
     if (part.value) made.part = part.value;
     if (inwards.value) made.inwards = inwards.value;
+    if (table.value) made.motion_part = table.value;
     onRead({ options: made, motion: motion.value || null, all: all.checked });
   });
   const forget = element("button", { type: "button" }, "As found");
@@ -50,7 +53,8 @@ export function showColumns(place, file, offered, others, onRead) {
     ...(look.assumed?.length ? [element("ul", { className: "about" }, ...look.assumed.map((text) => element("li", {}, `Assumed: ${text}`)))] : []),
     ...(columns.length ? [firstRows(look.columns, columns)] : []),
     element("div", { className: "bar" },
-      ...(look.parts.length > 1 ? [labelled("Part", part)] : []),
+      ...(look.parts.length ? [labelled("Part", part)] : []),
+      ...(tables.length > 1 ? [labelled("Depth in the table", table)] : []),
       labelled("Depth during insertion", inwards),
       ...(others.length ? [labelled("Motion", motion)] : []),
       ...(others.length ? [labelled("for all files", all)] : []), read, forget),

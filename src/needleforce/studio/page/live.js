@@ -10,6 +10,7 @@ import { BUSY, listen, order, Trace } from "./live_stream.js";
 
 const ANSWER_TIME = 1000, REST_TIME = 4000, BEGIN_TIME = 15000, SILENT_TIME = 1500; // [ms]
 const EMERGENCY = "Press the emergency stop of the rig, or switch the axis off.";
+const RESTARTED = "The server was started again: a run that was in progress was stopped, and what it recorded is in its file.";
 const SHOWN_EVENTS = 200;
 const NUMBERS = { start: 1e-3, depth: 1e-3, speed: 1e-3, hold: 1 };
 const at = (id) => document.getElementById(id);
@@ -109,17 +110,18 @@ function endWaits() {
 
 function take(message) {
   heard = performance.now();
-  if (server !== null && server !== message.server) restarted();
+  const again = server !== null && server !== message.server;
   server = message.server;
   if (message.fresh) [events, leftOut, rates] = [[], 0, []], trace.clear();
-  if (message.run !== state.run || (message.state === "starting" && state.state !== "starting")) newRun();
+  if (again || message.run !== state.run) newRun();
   trace.add(message.points, message.readings);
   events.push(...message.events);
   leftOut += message.events_left_out + Math.max(0, events.length - SHOWN_EVENTS);
   if (events.length > SHOWN_EVENTS) events = events.slice(-SHOWN_EVENTS);
   const before = state.state;
   state = message;
-  if (before !== state.state) changed();
+  if (again) outcome(RESTARTED, true);
+  if (again || before !== state.state) changed();
   show();
 }
 
@@ -128,11 +130,6 @@ function newRun() {
   stopped = null;
   alarm("");
   outcome("");
-}
-
-function restarted() {
-  newRun();
-  outcome("The server was started again: a run that was in progress was stopped, and what it recorded is in its file.", true);
 }
 
 /** The state is another one: what ended is reported, and what was not confirmed. */

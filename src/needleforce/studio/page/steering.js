@@ -2,7 +2,7 @@
 // Steering: a needle that bends, moved at its base by mouse, keys, fields or at a constant speed; a target, obstacles, and
 // the planner's plan next to one's own motion.
 
-import { onColours, paint } from "./drawing.js";
+import { onColours, paint, pngOf, svgOf } from "./drawing.js";
 import { element } from "./controls.js";
 import { save } from "./exports.js";
 import { drawPlot } from "./plot.js";
@@ -15,17 +15,17 @@ import { QUANTITIES, steeringScene } from "./steering_plots.js";
 import { drawView } from "./steering_views.js";
 import { planWords, plannedCells, scoreCells, stateOf, troubleOf, valueRows } from "./steering_words.js";
 
-const SOLID = "solid";
 const PLAYED = 5e-3; // [m/s] of a plan, as the planner's own push
 const HURRY = 1500; // steps a frame where the reader does not wait
-const MAX_OBSTACLES = 8;
 const VIEWS = ["steer-side", "steer-top"];
+const SPOKEN = 1000; // [ms] between two sentences while the needle moves, for who hears them
 const at = (id) => document.getElementById(id);
 const server = () => "server" in document.documentElement.dataset;
 
 let tables, core, name, preset, field; // the needle that is chosen; the solid it is in, or null
-let motion, target, obstacles, plan, kept; // kept: { path, score } of one's own motion while a plan is played
+let motion, target, obstacles, plan, kept; // kept: { path, sample } of one's own motion while a plan is played
 let playsPlan = false, hurry = false, asking = null, waiting = false, before = 0, chosen = 0;
+let spoken = 0; // when the last sentence was shown [ms]
 let notice = { text: "", wrong: false }; // what the reader last asked for led to; it stays until the needle moves
 
 // --- needle, target, plan ------------------------------------------------------------------------------------------
@@ -38,7 +38,8 @@ function insertion() {
 }
 
 const low = () => -Math.min(26e-3, (preset.bending.guide_distance ?? 20e-3) + 5e-3);
-const high = () => Math.max(1.1 * preset.depth, 1.1 * target[2]);
+const deepest = () => Math.max(1.1 * preset.depth, 1.1 * target[2]); // where a base may go
+const high = () => Math.max(deepest(), field?.down.at(-1) ?? 0);
 const start = () => -Math.min(2e-3, 0.1 * preset.depth);
 
 function begin() {
@@ -52,7 +53,7 @@ async function choose(next) {
   const mine = (chosen += 1);
   stopAsking();
   try {
-    const found = next === SOLID ? await solidFile() : tables.steering[next];
+    const found = next === tables.solid.name ? await solidFile() : tables.steering[next];
     if (mine !== chosen) return;
     [name, preset, field] = [next, found, found.field ? new SolidField(found) : null];
   } catch (error) {
@@ -70,7 +71,7 @@ async function choose(next) {
 
 async function solidFile() {
   refuse("The solid is made, which takes some seconds …");
-  const answer = await fetch("solid.json").catch(() => null);
+  const answer = await fetch(tables.solid.file).catch(() => null);
   const found = answer?.ok ? await answer.json() : { error: "There is no solid here: the page was written without it, or the server was stopped." };
   if (found.error) throw new Error(found.error);
   return found;
@@ -85,7 +86,7 @@ const refuse = (text) => { at("steer-refusal").textContent = text; };
 
 function spots() {
   showSpots(at("steer-spots"), target, obstacles, place, refuse);
-  at("steer-add").disabled = obstacles.length >= MAX_OBSTACLES;
+  at("steer-add").disabled = obstacles.length >= tables.max_obstacles;
 }
 
 /** Target and obstacles at other places, for which a plan does not hold. */
@@ -124,7 +125,7 @@ function cancelPlan() {
 }
 
 function playPlan() {
-  if (!playsPlan) kept = { path: [...motion.path], score: scoreOf(motion, target, obstacles) };
+  if (!playsPlan && motion.path.length) kept = { path: motion.path, sample: motion.sample };
   begin();
   playsPlan = true;
   motion.follow(movesOf(plan.moves, PLAYED));
@@ -135,7 +136,7 @@ function playPlan() {
 
 const bounds = (key) => {
   const { low: least, high: most, factor } = COORDINATES[key];
-  return key === "depth" ? [-5e-3, high()] : [least / factor, most / factor];
+  return key === "depth" ? [-5e-3, deepest()] : [least / factor, most / factor];
 };
 
 /** The base goes to values [m], [rad], as far as the page lets it; a hand ends a plan that is played. */
@@ -155,7 +156,7 @@ const goBy = (key, change, speed) => go({ [key]: (motion.targets[key]?.to ?? mot
 
 function insert(speed) {
   const depth = Number(at("steer-to").value.replace(",", ".")) / 1e3;
-  const most = high();
+  const most = deepest();
   if (!(depth >= 1e-4 && depth <= most)) return refuse(`The depth “${at("steer-to").value}” is not a number from 0.1 to ${Math.floor(1e3 * most)} mm.`);
   refuse("");
   if (motion.here.depth >= depth) begin();
@@ -185,7 +186,7 @@ function scene() {
   const shape = motion.insertion.shape();
   return {
     low: low(), high: high(), from: start(), layers: preset.bending.lateral.map(({ top }) => top), guide: preset.bending.guide_distance ?? null,
-    base: motion.here, roll: motion.here.roll, radius: preset.radius, shape, target, obstacles, score,
+    roll: motion.here.roll, radius: preset.radius, shape, target, obstacles, score,
     path: motion.sample.tip[2] >= 0 ? [...motion.path, motion.sample.tip] : motion.path,
     pushed: Boolean(preset.settings.bevel_face_share) || preset.bending.lateral.some((one) => one.tip_force),
     kept: kept?.path ?? null, planned: plan?.path ?? null, touched: score.least < 0 ? score.which : -1,
@@ -202,11 +203,12 @@ function solidOf({ shape, path }, axis) {
   };
 }
 
+const inView = (shown, axis) => (field ? { ...shown, solid: solidOf(shown, axis) } : shown);
+
 function draw() {
   const shown = scene();
   VIEWS.forEach((id, axis) => {
-    const one = field ? { ...shown, solid: solidOf(shown, axis) } : shown;
-    paint(at(id), (context, size, colour) => drawView(context, size, colour, one, axis));
+    paint(at(id), (context, size, colour) => drawView(context, size, colour, inView(shown, axis), axis));
   });
   if (!field) at("steer-moved").textContent = "";
   for (const [id, quantity] of Object.entries(QUANTITIES))
@@ -218,10 +220,13 @@ function draw() {
 function showWords(score) {
   const wrong = troubleOf(motion);
   const text = wrong || notice.text || stateOf(motion, score);
-  if (at("steer-words").textContent !== text) at("steer-words").textContent = text;
+  if (at("steer-words").textContent !== text && (wrong || notice.text || !motion.moves || performance.now() > spoken + SPOKEN)) {
+    at("steer-words").textContent = text;
+    spoken = performance.now();
+  }
   at("steer-words").classList.toggle("wrong", Boolean(wrong) || notice.wrong);
   at("steer-own").cells[0].textContent = playsPlan ? "the plan, played" : "this motion";
-  const cells = { own: scoreCells(score), kept: scoreCells(kept?.score), planned: plannedCells(plan) };
+  const cells = { own: scoreCells(score), kept: kept ? scoreCells(scoreOf(kept, target, obstacles)) : [], planned: plannedCells(plan) };
   for (const [row, texts] of Object.entries(cells))
     texts.forEach((each, k) => { at(`steer-${row}`).cells[k + 1].textContent = each; });
   at("steer-kept").hidden = !kept;
@@ -245,6 +250,18 @@ function exportAs(what) {
   if (what === "steps") save(`steered_${name}.csv`, motionText(motion, name, tables.version), "text/csv");
   if (what === "shape") save(`shape_${name}.csv`, shapeText(motion), "text/csv");
   if (what === "plan") save(`plan_${name}.csv`, plannedRows(plan), "text/csv");
+  if (what === "svg") save(`steered_${name}.svg`, svgOf(pictureParts(), 1000, 620), "image/svg+xml");
+  if (what === "png") pngOf(pictureParts(), 1000, 620).then((picture) => save(`steered_${name}.png`, picture));
+}
+
+/** The drawings as one picture: the two views, and the plots to their right. */
+function pictureParts() {
+  const shown = scene();
+  const views = VIEWS.map((_, axis) => ({ width: 260, height: 600, x: 10 + 270 * axis, y: 10,
+    draw: (context, size, colour) => drawView(context, size, colour, inView(shown, axis), axis) }));
+  const plots = Object.values(QUANTITIES).map((quantity, k) => ({ width: 440, height: 196, x: 550, y: 10 + 200 * k,
+    draw: (context, size, colour) => drawPlot(context, size, colour, steeringScene(shown, quantity, colour)) }));
+  return [...views, ...plots];
 }
 
 /** The table that `needleforce steer simulate --motion` reads. */
@@ -259,7 +276,7 @@ function listen() {
   at("steer-needle").addEventListener("change", ({ target: { value } }) => choose(value));
   at("steer-export").addEventListener("click", ({ target: one }) => one.dataset.export && exportAs(one.dataset.export));
   document.addEventListener("pointerdown", ({ target: one }) => at("steer-export").contains(one) || (at("steer-export").open = false));
-  listenToViews(VIEWS.map(at), { place, go, goBy, spots, now: () => ({ low: low(), high: high(), here: motion.here, targets: motion.targets, target, obstacles }) });
+  listenToViews(VIEWS.map(at), { place, go, goBy, spots, now: () => ({ low: low(), high: high(), here: motion.here, target, obstacles }) });
   addEventListener("resize", redraw);
   onColours(redraw);
 }
@@ -267,7 +284,7 @@ function listen() {
 /** Makes the view's controls; nothing is computed before it is opened. */
 export function startSteering(given, compiled) {
   [tables, core] = [given, compiled];
-  const choices = [...Object.entries(tables.steering).map(([key, { title }]) => [key, title]), [SOLID, "Polymer in gelatin, a solid"]];
+  const choices = [...Object.entries(tables.steering).map(([key, { title }]) => [key, title]), [tables.solid.name, tables.solid.title]];
   at("steer-needle").replaceChildren(...choices.map(([value, title]) => element("option", { value }, title)));
   showBase(at("steer-base"), (key, value) => go({ [key]: value }), goBy, refuse);
   if (!server()) at("steer-plan").title = "Planning needs the studio's own server: run needleforce studio.";

@@ -22,9 +22,10 @@ function under(at, x, y, { target, obstacles }) {
 }
 
 function drag(held, at, x, y, acts) {
-  const { here, target, obstacles } = acts.now();
+  const { target, obstacles } = acts.now();
   const [across, depth] = [(x - held.x) / at.pixels, (y - held.y) / at.pixels];
-  if (held.kind === "base") return acts.go({ depth: held.here.depth + depth, [ACROSS[at.axis]]: held.here[ACROSS[at.axis]] + across }, HAND, here);
+  const coordinate = ACROSS[at.axis];
+  if (held.kind === "base") return acts.go({ depth: held.here.depth + depth, [coordinate]: held.here[coordinate] + across }, HAND);
   const moved = held.spot.with(at.axis, held.spot[at.axis] + across).with(2, Math.max(1e-3, held.spot[2] + depth));
   if (held.kind === "target") acts.place(moved, obstacles, true);
   else acts.place(target, obstacles.with(held.k, moved), true);

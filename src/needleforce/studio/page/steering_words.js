@@ -28,12 +28,16 @@ const gap = ({ least, which }) => {
   return least < 0 ? `touches obstacle ${which + 1}` : `${number(1e3 * least, 2)} mm`;
 };
 
-/** Cells of a score; of a plan as it was planned: its miss and clearance. */
-export const scoreCells = (score) => (score
-  ? [`${number(1e3 * score.now, 2)} mm`, `${number(1e3 * score.nearest, 2)} mm`, gap(score)] : ["–", "–", "–"]);
+/** Cells of a score: where the tip is, how near it came, what its path passed. */
+export const scoreCells = (score) => [`${number(1e3 * score.now, 2)} mm`,
+  ...(Number.isFinite(score.nearest) ? [`${number(1e3 * score.nearest, 2)} mm`, gap(score)] : ["–", "–"])];
+/** The same of a plan as it was planned. */
 export const plannedCells = (plan) => (plan
-  ? [`${number(1e3 * plan.miss, 2)} mm`, `${number(1e3 * plan.miss, 2)} mm`,
-    plan.clearance === null ? "no obstacle" : gap({ least: plan.clearance, which: 0 })] : ["–", "–", "–"]);
+  ? [`${number(1e3 * plan.miss, 2)} mm`, `${number(1e3 * plan.miss, 2)} mm`, plannedGap(plan.clearance)] : ["–", "–", "–"]);
+const plannedGap = (clearance) => {
+  if (clearance === null) return "no obstacle";
+  return clearance < 0 ? "touches an obstacle" : `${number(1e3 * clearance, 2)} mm`;
+};
 
 const REFUSED = {
   outside_range: "The core refuses this step: needle, guide or tissue do not reach that far, or the needle would be steeper than it may. Move the base back, or start again.",

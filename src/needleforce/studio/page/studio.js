@@ -24,6 +24,7 @@ function startWithServer() {
   startAnalyse((k, preset) => {
     takeIdentified(k, preset);
     open("simulator");
+    scrollTo(0, 0);
   });
   startLive(open);
 }

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: Apache-2.0
+// Events found while a needle moves: planted ruptures, the stated rate of false alarms, and streams that lie.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "needleforce/events/event_detector.hpp"
+
+namespace {
+
+using namespace needleforce::events;
+
+constexpr double speed = 2e-3, surface = 2e-3;
+constexpr double rupture = 8e-3;  // depth at which half of the force is lost
+
+struct Reading {
+  double force, depth;
+};
+
+/// A power law from the surface that loses half of 2 N within 10 ms, then slides.
+Reading insertion(double time) {
+  const double depth = speed * time, past = (depth - surface) / (rupture - surface);
+  if (past <= 0.0) return {0.0, depth};
+  if (past <= 1.0) return {2.0 * past * std::sqrt(past), depth};
+  const double fallen = std::min(1.0, (depth - rupture) / (speed * 10e-3));
+  return {2.0 - fallen, depth};
+}
+
+std::vector<Detection> replay(EventDetector& watch, double rate, double until, double noise, auto change) {
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> normal;
+  std::vector<Detection> found;
+  for (int i = 0; i < until * rate; ++i) {
+    Reading reading = insertion(i / rate);
+    reading.force += noise * normal(generator);
+    change(i / rate, reading);
+    const Detection event = watch.step(reading.force, reading.depth, 1.0 / rate);
+    if (event.kind != EventKind::none) found.push_back(event);
+  }
+  return found;
+}
+constexpr auto as_it_is = [](double, Reading&) {};
+
+TEST(Events, RuptureIsFoundAtAnyRateWithTheSameSettings) {
+  for (const double rate : {50.0, 100.0, 1000.0, 5000.0}) {
+    EventDetector watch;
+    const auto found = replay(watch, rate, 5.0, 5e-3, as_it_is);
+    ASSERT_EQ(found.size(), 3U) << rate;
+    EXPECT_EQ(found[0].kind, EventKind::contact);
+    EXPECT_NEAR(found[0].depth, surface, 0.3e-3) << rate;
+    EXPECT_EQ(found[1].kind, EventKind::puncture);
+    EXPECT_NEAR(found[1].depth, rupture, 0.1e-3) << rate;
+    EXPECT_LE(found[1].delay, 10e-3 + 2.0 / rate) << rate;
+    EXPECT_GE(found[1].probability, 0.89) << rate;
+    EXPECT_EQ(found[2].kind, EventKind::sliding);
+    EXPECT_NEAR(found[2].size, 1.0, 0.05) << rate;
+  }
+}
+
+/// Punctures a second under nothing but noise, with settings for which every fall is large enough.
+double false_alarms(double stated, double rate, double seconds) {
+  EventDetector watch({.fall = 0.0, .share = 0.0, .false_alarms = stated});
+  std::mt19937_64 generator(2);
+  std::normal_distribution<double> normal;
+  long alarms = 0;
+  for (long i = 0; i < rate * seconds; ++i)
+    alarms +=
+        watch.step(1.0 + 0.01 * normal(generator), speed * i / rate, 1.0 / rate).kind == EventKind::puncture;
+  return alarms / seconds;
+}
+
+TEST(Events, NoiseAloneMakesNoMoreFalseAlarmsThanStated) {
+  EXPECT_LE(false_alarms(0.1, 100.0, 3000.0), 0.1);
+  EXPECT_LE(false_alarms(0.01, 100.0, 10000.0), 0.01);
+  EXPECT_LE(false_alarms(0.1, 1000.0, 500.0), 0.1);
+  EXPECT_GT(false_alarms(1.0, 100.0, 3000.0), 0.01);  // it does look
+}
+
+long punctures(const std::vector<Detection>& found, double least_probability) {
+  long count = 0;
+  for (const Detection& each : found)
+    count += each.kind == EventKind::puncture && each.probability > least_probability;
+  return count;
+}
+
+TEST(Events, WhatTheSensorDoesIsNoConfidentPuncture) {
+  const auto without_rupture = [](double rate, auto change) {
+    EventDetector watch;
+    return replay(watch, rate, 3.9, 5e-3, change);  // the rupture is at 4 s
+  };
+  for (const double rate : {100.0, 1000.0}) {
+    const double dt = 1.0 / rate;
+    const auto up = [&](double t, Reading& r) { r.force += std::abs(t - 3.0) < 0.5 * dt ? 2.0 : 0.0; };
+    const auto zeroed = [](double t, Reading& r) { r.force -= t > 3.0 ? insertion(3.0).force : 0.0; };
+    const auto absent = [](double t, Reading& r) { r.force = t > 3.0 && t < 3.3 ? NAN : r.force; };
+    EXPECT_EQ(punctures(without_rupture(rate, up), 0.0), 0) << rate;
+    EXPECT_EQ(punctures(without_rupture(rate, zeroed), 0.5), 0) << rate;
+    EXPECT_EQ(punctures(without_rupture(rate, absent), 0.0), 0) << rate;
+    const auto down = [&](double t, Reading& r) { r.force -= std::abs(t - 3.0) < 0.5 * dt ? 0.3 : 0.0; };
+    EXPECT_EQ(punctures(without_rupture(rate, down), 0.9), 0) << rate;  // one reading, then never a sliding
+  }
+}
+
+TEST(Events, StopOfARelaxingTissueIsNoPuncture) {
+  EventDetector watch;
+  const auto stops = [](double t, Reading& reading) {
+    if (t < 3.5) return;
+    reading = {insertion(3.5).force * (0.5 + 0.5 * std::exp(-(t - 3.5) / 0.3)), speed * 3.5};
+  };
+  const auto found = replay(watch, 1000.0, 6.0, 5e-3, stops);
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[1].kind, EventKind::stop);
+  EXPECT_NEAR(found[1].time, 3.5, 0.05);
+}
+
+TEST(Events, WithdrawalTurnsAndLeaves) {
+  EventDetector watch;
+  const auto back = [](double t, Reading& reading) {
+    if (t <= 5.0) return;
+    const double depth = speed * (10.0 - t);
+    reading = {depth > surface ? -0.5 * std::min(1.0, (t - 5.0) / 0.1) : 0.0, depth};
+  };
+  const auto found = replay(watch, 100.0, 9.9, 5e-3, back);
+  ASSERT_EQ(found.size(), 5U);
+  EXPECT_EQ(found[3].kind, EventKind::reversal);
+  EXPECT_NEAR(found[3].depth, speed * 5.0, 0.05e-3);
+  EXPECT_EQ(found[4].kind, EventKind::exit);
+  EXPECT_NEAR(found[4].depth, surface, 0.4e-3);
+}
+
+TEST(Events, BadTimesAndGapsHaveAStatusAndMakeNoEvent) {
+  EventDetector watch;
+  replay(watch, 1000.0, 3.0, 5e-3, as_it_is);
+  const auto status = [&](double force, double depth, double dt) {
+    EXPECT_EQ(watch.step(force, depth, dt).kind, EventKind::none);
+    return watch.status();
+  };
+  constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                   inf = std::numeric_limits<double>::infinity();
+  const double depth = speed * 3.0;
+  for (const double dt : {0.0, -1.0, nan, inf, 1e300})
+    EXPECT_EQ(status(0.0, depth, dt), StreamStatus::bad_time) << dt;
+  for (const double bad : {nan, inf, 1e300}) {
+    EXPECT_EQ(status(bad, depth, 1e-3), StreamStatus::not_finite) << bad;
+    EXPECT_EQ(status(0.5, bad, 1e-3), StreamStatus::not_finite) << bad;
+  }
+  EXPECT_EQ(status(0.1, depth, 10.0), StreamStatus::gap);
+  EXPECT_EQ(status(0.1, depth + 0.1, 1e-3), StreamStatus::gap);  // another needle
+}
+
+TEST(Events, StreamThatBeginsInTissueIsDoubted) {
+  EventDetector watch;
+  const auto found = replay(watch, 1000.0, 5.0, 5e-3, [](double, Reading& r) { r.force += 1.0; });
+  EXPECT_EQ(watch.status(), StreamStatus::unknown_zero);
+  EXPECT_EQ(punctures(found, 0.0), 1);
+  EXPECT_EQ(punctures(found, 0.5), 0);
+}
+
+}  // namespace
