@@ -67,7 +67,7 @@ def stream(name: str, run: nf.Recording) -> Stream:
     machine starts with a jerk, is none."""
     time = run.time - run.time[0]
     contact = nf.segment(run).contact
-    first = 0 if contact is None else contact.low
+    first = 0 if contact is None else int(np.searchsorted(run.time, contact.time))
     kinds = (falls(time, run.force, run.depth, *limits) for limits in ((0.15, 0.1), (0.075, 0.05)))
     return Stream(name, time, run.force, run.depth, *([f for f in kind if f.snap >= first] for kind in kinds))
 
