@@ -17,7 +17,7 @@ WITHIN = 0.1  # [s]
 
 
 class Fall(NamedTuple):
-    """A fall of the force: its first sample, the one before its steepest 10 ms, its last, and its size by the peak."""
+    """A fall of the force: first sample, the one before its steepest 10 ms, the last, and its size over the peak."""
 
     start: int
     snap: int
@@ -62,17 +62,21 @@ def _snap(time, force, start: int, end: int) -> int:
     return start + int(np.argmax(force[start:end] - force[later]))
 
 
-def stream(name: str, time, force, depth) -> Stream:
-    """A recording as a stream, its punctures by their definition."""
-    return Stream(name, time, force, depth, falls(time, force, depth), falls(time, force, depth, 0.075, 0.05))
+def stream(name: str, run: nf.Recording) -> Stream:
+    """A recording as a stream, its punctures by their definition: what falls before the needle has touched, as where a
+    machine starts with a jerk, is none."""
+    time = run.time - run.time[0]
+    contact = nf.segment(run).contact
+    first = 0 if contact is None else int(np.searchsorted(run.time, contact.time))
+    kinds = (falls(time, run.force, run.depth, *limits) for limits in ((0.15, 0.1), (0.075, 0.05)))
+    return Stream(name, time, run.force, run.depth, *([f for f in kind if f.snap >= first] for kind in kinds))
 
 
 def _read(path: Path) -> Stream | None:
     try:
-        run = nf.read(path)
+        return stream(path.stem, nf.read(path))
     except nf.InputError:
         return None
-    return stream(path.stem, run.time - run.time[0], run.force, run.depth)
 
 
 def repeat(name: str) -> int:

@@ -60,7 +60,7 @@ class NeedleCourse {
     if (!(usual_ > rest_speed_)) return 0.0;
     return std::clamp((0.8 - speed_ / usual_) / 0.8, 0.0, 1.0);
   }
-  /// Whether the newest readings of the depth go on as those before: not where it stops, or is read seldom.
+  /// Whether the newest readings of the depth continue those before: not where it stops, or is read seldom.
   bool steady() const noexcept { return recent_ > 0.7 * usual_; }
 
  private:
