@@ -10,9 +10,9 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 369,
-    "lines": 72_000,
-    "modules with one importer": 50,
+    "Python files": 378,
+    "lines": 73_400,
+    "modules with one importer": 52,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 11,
     "files that run in `nf.read(file)`": 26,
