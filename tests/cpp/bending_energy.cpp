@@ -116,6 +116,18 @@ TEST(BendingEnergy, RectanglesOfANeedleWithABevelReturnNone) {
         EXPECT_GT(rectangle(paper::model(), along, step, across_first, {0.4, 0.1, 1.0}), 0.0) << step;
 }
 
+TEST(BendingEnergy, OwnFunctionsAreThoseOfTheLibrary) {
+  for (int k = 1; k < 20000; ++k) {
+    const long double angle = 0.037L * k - 370.0L, x = 1e-3L * k;
+    const auto [cosine, sine] = bending::cos_sin(static_cast<double>(angle));
+    const long double at = static_cast<double>(angle), up = static_cast<double>(x);
+    EXPECT_NEAR(cosine, static_cast<double>(std::cos(at)), 4e-16);
+    EXPECT_NEAR(sine, static_cast<double>(std::sin(at)), 4e-16);
+    EXPECT_NEAR(bending::falling(static_cast<double>(x)) / static_cast<double>(std::exp(-up)), 1.0, 4e-16);
+    EXPECT_NEAR(bending::tanh_of(static_cast<double>(x)) / static_cast<double>(std::tanh(up)), 1.0, 5e-16);
+  }
+}
+
 TEST(BendingEnergy, BaseMovedAsideDrawsTheTipBackFromItsCut) {
   Hand<1> hand(paper::model(), in_gel(50e3));
   hand.start({.depth = -1e-3});
