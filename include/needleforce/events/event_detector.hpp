@@ -159,7 +159,7 @@ class EventDetector {
   }
   double sd_of_fall(std::size_t k) const noexcept {
     constexpr double of_a_difference = 1.4142135623730951;
-    return noise() * of_a_difference * noise_.of_mean(FallWindows::readings(k));
+    return noise() * of_a_difference * noise_.of_mean(static_cast<double>(FallWindows::readings(k)));
   }
   /// A fall that noise does not explain, over windows of this length.
   double significant(std::size_t k) const noexcept { return threshold() * sd_of_fall(k); }

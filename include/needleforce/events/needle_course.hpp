@@ -26,7 +26,8 @@ class NeedleCourse {
     if (count_ == 0) turning_ = deepest_ = {time, depth};
     follow_direction(time, depth);
     if (depth > deepest_.depth) deepest_ = {time, depth};
-    if (count_ == 0 || time - newest().time >= 0.95 * within_ / (places_.size() - 1)) remember(time, depth);
+    if (count_ == 0 || time - newest().time >= 0.95 * within_ / static_cast<double>(places_.size() - 1))
+      remember(time, depth);
     const double elapsed = time - oldest().time;
     if (elapsed < 0.9 * within_) return;
     speed_ = (depth - oldest().depth) / elapsed;

@@ -156,9 +156,6 @@ class InsertionSearch:
         """Derivatives of the residual by central differences over steps times a scale, (m, p)."""
         columns, (low, high) = [], self._bounds()
         for k, step in enumerate(scale * self._steps()):
-            if k == len(numbers) - 2:  # the force offset: no insertion is needed
-                columns.append(np.append(self.curve.weight[self.curve.used], np.zeros(_KNOWN)))
-                continue
             move = np.zeros(len(numbers))
             move[k] = step
             up, down = (np.clip(each, low, high) for each in (numbers + move, numbers - move))
