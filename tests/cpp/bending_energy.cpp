@@ -163,7 +163,8 @@ TEST(BendingEnergy, TheSearchMeetsLawsThatAreStifferThanTheNeedle) {
   Insertion axial(paper::model(), any_speed);
   paper::move(axial, 0.0, 0.03);
   Slide slide{.travel = 0.03};
-  AxialDrive<Insertion> drive(axial, slide, Bending{}, 0.0, 1.0);
+  const Bending lengths;
+  AxialDrive<Insertion> drive(axial, slide, lengths, 0.0, 1.0);
   const double travel = 0.03 + 1e-5, force = 0.3;
   double give = 5e-3;  // m/N, where the laws have up to 30 kN/m
   drive.to(travel, true);
