@@ -43,6 +43,7 @@ class BentTrial {
         axial_valid_(axial_valid),
         valid_(axial_valid_ && !fault(settings)),
         lateral_ratio_(axial.lateral_ratio()),
+        cuts_(axial.cuts()),
         max_(axial_valid_ ? bounds::of(layers, bounds::fastest_accepted(limits)) : bounds::Parts{}),
         engine_(std::make_unique<Engine>(axial, settings)),
         shadow_(std::make_unique<Engine>(*engine_)),
@@ -178,12 +179,12 @@ class BentTrial {
     }
     return 1.001 * settings_.lengths.pressure_friction * max;
   }
-  /// Nothing pushes its tip aside.
+  /// Cutting pays for what pushes its tip aside, or nothing does.
   bool shortens() const {
-    double most = std::abs(lateral_ratio_);
+    double most = 0.0;
     for (std::size_t i = 0; i < settings_.beam.layer_count; ++i)
       most = std::max(most, std::abs(settings_.beam.layers[i].tip_force));
-    return !settings_.small_slopes && most == 0.0;
+    return !settings_.small_slopes && (cuts_ || most == 0.0);
   }
   /// Largest lateral force [N] on the tip: of the bevel's face when it last cut, and of the tissue.
   double steering() const {
@@ -217,6 +218,7 @@ class BentTrial {
   bending::Base at_{};
   double solutions_ = 0.0;
   double lateral_ratio_;
+  bool cuts_;
   bounds::Parts max_;
   std::unique_ptr<Engine> engine_, shadow_;
   Planted<Engine> planted_;
