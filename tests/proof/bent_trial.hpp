@@ -138,7 +138,7 @@ class BentTrial {
     // a needle that bending shortens has the axial part of the lateral forces, too
     require(shortens() || std::abs(sample.force - axial.force) <= rubbing(),
             "the pressure rubs as far as it can");
-    require(sample.lateral <= steering(), "the bevel pushes as far as it can");
+    require(sample.lateral <= steering(axial.force), "the bevel pushes as far as it can");
     require(sample.unsupported >= 0.0 && sample.unsupported <= 2.0, "no more than the needle is free");
     double square = 0.0;
     for (const double component : sample.tangent) square += component * component;
@@ -186,8 +186,10 @@ class BentTrial {
       most = std::max(most, std::abs(settings_.beam.layers[i].tip_force));
     return !settings_.small_slopes && (cuts_ || most == 0.0);
   }
-  /// Largest lateral force [N] on the tip: of the bevel's face when it last cut, and of the tissue.
-  double steering() const {
+  /// Largest lateral force [N] on the tip: ten times the axial force that pays for it, or of a needle that
+  /// bending does not shorten that of the bevel's face when it last cut, and of the tissue.
+  double steering(double axial) const {
+    if (shortens()) return (1.0 + 1e-12) * 10.0 * (std::max(0.0, axial) + rubbing());
     double max = 0.0;
     for (const bending::LateralLayer& layer : settings_.beam.layers)
       max = std::max(max, std::abs(layer.tip_force));
