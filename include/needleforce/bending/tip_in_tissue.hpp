@@ -77,7 +77,7 @@ class TipInTissue {
     const double pays = 1.0 - falling(cut / state_.path.spacing);
     const double full = sample.lateral + tip_force_at(state_.reached);
     const double pushed = std::max(axial, sample.cutting), turned = 1.0 - falling(cut / shortest);
-    const double wedge = pushed > 0.0 ? std::min(full / pushed, steepest) : 0.0;
+    const double wedge = pushed > 0.0 ? std::clamp(full / pushed, -steepest, steepest) : 0.0;
     state_.wedge_from += turned * (pushed - state_.wedge_from);
     for (std::size_t d = 0; d < dimension; ++d) {
       state_.ahead[d] += left * (state_.path.front_place()[d] - state_.ahead[d]);
