@@ -115,10 +115,6 @@ class Insertion {
   const Limits& limits() const noexcept { return limits_; }
   /// Lateral force of the bevel as a share of the cutting force. Wait-free.
   double lateral_ratio() const noexcept { return lateral_ratio_; }
-  /// True where each layer has a cutting force.
-  bool cuts() const noexcept {
-    return std::ranges::all_of(stack(), [](const PreparedLayer& layer) { return layer.cuts(); });
-  }
   /// A number that distinguishes models, with the lateral force of the bevel.
   std::uint64_t model_fingerprint() const noexcept {
     Fingerprint print;

@@ -56,10 +56,6 @@ class PreparedLayer {
     return std::holds_alternative<laws::Coulomb::Prepared>(friction_) &&
            std::holds_alternative<laws::ConstantCutting::Prepared>(cutting_) && !relaxes_;
   }
-  /// True where slow cutting has a force.
-  bool cuts() const noexcept {
-    return dispatch(cutting_, [](const auto& law) { return law.steady(0.0) > 0.0; });
-  }
   /// False for an interface without resistance.
   bool resists() const noexcept { return puncture > top; }
   /// True beyond the range of the stiffness law's formula.

@@ -23,8 +23,8 @@ struct Hand {
   double work = 0.0, lowest = 0.0, turned = 0.0;
   bool moved = true;
 
-  Hand(const Model& model, FlexibleSettings settings, const Bevel& bevel = {})
-      : needle(Insertion(model, any_speed, bevel), [&] {
+  Hand(const Model& model, FlexibleSettings settings)
+      : needle(Insertion(model, any_speed), [&] {
           settings.small_slopes = false;
           return settings;
         }()) {}
@@ -83,8 +83,8 @@ struct Hand {
 FlexibleSettings in_gel(double modulus) { return settings(0.0006921, modulus, 0.0, 0.0, 0.024); }
 
 /// Both ways round a rectangle in depth and across, the second time: work over what is turned over.
-double rectangle(const Model& model, double along, double step, bool across_first, const Bevel& bevel = {}) {
-  Hand<1> hand(model, in_gel(50e3), bevel);
+double rectangle(const Model& model, double along, double step, bool across_first) {
+  Hand<1> hand(model, in_gel(50e3));
   hand.start({.depth = -1e-3});
   hand.go({.depth = 0.03}, 1e-4);
   hand.go({.depth = 0.0295}, 1e-4);
@@ -106,25 +106,6 @@ TEST(BendingEnergy, RectanglesOfDepthAndAsideReturnNone) {
       EXPECT_GT(rectangle(paper::model(), -3e-4, step, across_first), least) << step;
     }
     EXPECT_NEAR(rectangle(forceless(), 3e-4, 6e-5, across_first), 0.0, 1e-7);
-  }
-}
-
-TEST(BendingEnergy, RectanglesOfANeedleWithABevelReturnNone) {
-  for (const bool across_first : {true, false})
-    for (const double step : {6e-4, 6e-5})
-      for (const double along : {15e-6, -3e-4})
-        EXPECT_GT(rectangle(paper::model(), along, step, across_first, {0.4, 0.1, 1.0}), 0.0) << step;
-}
-
-TEST(BendingEnergy, OwnFunctionsAreThoseOfTheLibrary) {
-  for (int k = 1; k < 20000; ++k) {
-    const long double angle = 0.037L * k - 370.0L, x = 1e-3L * k;
-    const auto [cosine, sine] = bending::cos_sin(static_cast<double>(angle));
-    const long double at = static_cast<double>(angle), up = static_cast<double>(x);
-    EXPECT_NEAR(cosine, static_cast<double>(std::cos(at)), 4e-16);
-    EXPECT_NEAR(sine, static_cast<double>(std::sin(at)), 4e-16);
-    EXPECT_NEAR(bending::falling(static_cast<double>(x)) / static_cast<double>(std::exp(-up)), 1.0, 4e-16);
-    EXPECT_NEAR(bending::tanh_of(static_cast<double>(x)) / static_cast<double>(std::tanh(up)), 1.0, 5e-16);
   }
 }
 
@@ -159,18 +140,11 @@ TEST(BendingEnergy, ATipThatSpringsOutOfTheTissueHasNoForceLeft) {
   }
 }
 
-TEST(BendingEnergy, TheSearchMeetsLawsThatAreStifferThanTheNeedle) {
-  Insertion axial(paper::model(), any_speed);
-  paper::move(axial, 0.0, 0.03);
-  Slide slide{.travel = 0.03};
-  const Bending lengths;
-  AxialDrive<Insertion> drive(axial, slide, lengths, 0.0, 1.0);
-  const double travel = 0.03 + 1e-5, force = 0.3;
-  double give = 5e-3;  // m/N, where the laws have up to 30 kN/m
-  drive.to(travel, true);
-  const double met = ForceSearch{}.next(drive, force, true, give);
-  drive.to(travel - give * (met - force), true);
-  EXPECT_NEAR(drive.force(), met, 1e-6);
+TEST(BendingEnergy, TheSearchForTheForceGivesUpABoundThatAnotherShapeContradicts) {
+  ForceSearch search;
+  double give = 0.0;
+  search.next(0.0, 0.0, 0.0, 0.0, give);  // a tip that was tried outside the tissue: nothing is missing
+  EXPECT_DOUBLE_EQ(search.next(0.0, 0.06, 0.0, 0.0, give), 0.06);
 }
 
 double drawn(std::mt19937& random, double low, double high) {
@@ -216,9 +190,7 @@ Hand<dimension> closed_motion(unsigned seed, bool frictionless, double step) {
              laws::PunctureDepth{drawn(random, 5e-4, 4e-3)},
              laws::Coulomb{drawn(random, 1.0, 40.0), drawn(random, 1e-5, 5e-4), 0.0},
              laws::ConstantCutting{drawn(random, 0.01, 0.5), drawn(random, 1e-5, 1e-4)}};
-  const FlexibleSettings settings = drawn_settings(random, frictionless);
-  const Bevel bevel{0.2 + 0.1 * (seed % 7), 0.2, seed % 2 == 0 || frictionless ? 0.0 : 1.0};
-  Hand<dimension> hand(model, settings, bevel);
+  Hand<dimension> hand(model, drawn_settings(random, frictionless));
   const double depth = between_two(random, 0.01, 0.04);
   hand.start({.depth = -1e-3});
   hand.go({.depth = depth}, step);

@@ -43,7 +43,6 @@ class BentTrial {
         axial_valid_(axial_valid),
         valid_(axial_valid_ && !fault(settings)),
         lateral_ratio_(axial.lateral_ratio()),
-        cuts_(axial.cuts()),
         max_(axial_valid_ ? bounds::of(layers, bounds::fastest_accepted(limits)) : bounds::Parts{}),
         engine_(std::make_unique<Engine>(axial, settings)),
         shadow_(std::make_unique<Engine>(*engine_)),
@@ -138,7 +137,7 @@ class BentTrial {
     // a needle that bending shortens has the axial part of the lateral forces, too
     require(shortens() || std::abs(sample.force - axial.force) <= rubbing(),
             "the pressure rubs as far as it can");
-    require(sample.lateral <= steering(axial.force), "the bevel pushes as far as it can");
+    require(sample.lateral <= steering(), "the bevel pushes as far as it can");
     require(sample.unsupported >= 0.0 && sample.unsupported <= 2.0, "no more than the needle is free");
     double square = 0.0;
     for (const double component : sample.tangent) square += component * component;
@@ -179,17 +178,15 @@ class BentTrial {
     }
     return 1.001 * settings_.lengths.pressure_friction * max;
   }
-  /// Cutting pays for what pushes its tip aside, or nothing does.
+  /// Nothing pushes its tip aside.
   bool shortens() const {
-    double most = 0.0;
+    double most = std::abs(lateral_ratio_);
     for (std::size_t i = 0; i < settings_.beam.layer_count; ++i)
       most = std::max(most, std::abs(settings_.beam.layers[i].tip_force));
-    return !settings_.small_slopes && (cuts_ || most == 0.0);
+    return !settings_.small_slopes && most == 0.0;
   }
-  /// Largest lateral force [N] on the tip: ten times the axial force that pays for it, or of a needle that
-  /// bending does not shorten that of the bevel's face when it last cut, and of the tissue.
-  double steering(double axial) const {
-    if (shortens()) return (1.0 + 1e-12) * 10.0 * (std::max(0.0, axial) + rubbing());
+  /// Largest lateral force [N] on the tip: of the bevel's face when it last cut, and of the tissue.
+  double steering() const {
     double max = 0.0;
     for (const bending::LateralLayer& layer : settings_.beam.layers)
       max = std::max(max, std::abs(layer.tip_force));
@@ -220,7 +217,6 @@ class BentTrial {
   bending::Base at_{};
   double solutions_ = 0.0;
   double lateral_ratio_;
-  bool cuts_;
   bounds::Parts max_;
   std::unique_ptr<Engine> engine_, shadow_;
   Planted<Engine> planted_;

@@ -5,14 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 #include "../limits.hpp"
 #include "../returnable_slip.hpp"
 #include "../sample.hpp"
 #include "../state_check.hpp"
 #include "bending.hpp"
-#include "elementary.hpp"
 
 namespace needleforce::bending {
 
@@ -50,9 +48,10 @@ class AxialDrive {
         began_(slide),
         memory_(axial.state()) {}
 
-  /// The shaft slides to a travel [m], no faster than the limits allow. Wait-free.
+  /// The shaft slides to a travel [m], no faster than the limits allow. The next step makes up for what is
+  /// negligible. Wait-free.
   void to(double travel, bool embedded) noexcept {
-    if (tried_ && travel == slide_.travel) return;
+    if (tried_ && std::abs(travel - slide_.travel) <= negligible) return;
     if (tried_) axial_.return_to(memory_), slide_ = began_;
     tried_ = true;
     const Limits& limits = axial_.limits();
@@ -63,7 +62,6 @@ class AxialDrive {
     if (embedded && lengths_.pressure_friction > 0.0) rub(slide_.travel - began_.travel);
   }
   const Sample& sample() const noexcept { return sample_; }
-  double travel() const noexcept { return slide_.travel; }
   /// Axial force of insertion and lateral pressure [N], and its derivative by the travel [N/m].
   double force() const noexcept { return sample_.force + slide_.rub; }
   double by_travel() const noexcept {
@@ -71,6 +69,8 @@ class AxialDrive {
   }
 
  private:
+  static constexpr double negligible = 1e-9;  // [m]
+
   /// The friction of the lateral pressure, which keeps its force at rest as the axial laws do. A stiffness
   /// that never falls under load, and any limit, give nothing back: the limit follows a pressure that falls
   /// as the shaft slides.
@@ -78,7 +78,7 @@ class AxialDrive {
     const DepthNoise noise = noise_of(axial_.limits().depth_noise);
     const double before = slide_.rub, own = full_ / lengths_.presliding;
     if (noise.range > 0.0) travel = slide_.returnable.felt(travel, {.force = before}, dt_, noise);
-    slide_.most += (1.0 - falling(std::abs(travel) / lengths_.presliding)) * (full_ - slide_.most);
+    slide_.most += (1.0 - std::exp(-std::abs(travel) / lengths_.presliding)) * (full_ - slide_.most);
     slide_.most = std::max(slide_.most, full_);
     slide_.holds = before == 0.0 ? own : std::max(slide_.holds, own);
     const double wanted = before + slide_.holds * travel;
@@ -103,7 +103,7 @@ class AxialDrive {
 
 /// The force at which a needle is as short as the force makes it: more force makes it shorter, and then the
 /// shaft has slid less. Newton's steps with the last two solutions, between bounds.
-class BoundedSearch {
+class ForceSearch {
  public:
   /// The next force to try after one that left so much missing [N], where the shaft had slid to a travel [m]
   /// and its force rises by so much per travel [N/m]. Wait-free.
@@ -122,58 +122,17 @@ class BoundedSearch {
     return low_ > -endless && high_ < endless ? 0.5 * (low_ + high_) : std::clamp(step, low_, high_);
   }
 
- private:
-  static constexpr double endless = std::numeric_limits<double>::max();
-  double low_ = -endless, high_ = endless, missing_ = 0.0;
-  double force_ = endless, travel_ = 0.0;  // of the last try
-};
-
-/// The same for a needle whose tip the force pushes aside: between two solutions for the shape the shaft
-/// yields evenly: the axial laws, which are stiff and cost little, are met exactly.
-class ForceSearch {
- public:
-  /// The next force to try after one [N], at whose shape the shaft has slid to where the drive is. Wait-free.
-  template <class Axial>
-  double next(AxialDrive<Axial>& drive, double force, bool embedded, double& give) noexcept {
-    const double travel = drive.travel();
-    if (force_ < endless && std::abs(force - force_) > 1e-4) {
-      const double found = (travel_ - travel) / (force - force_);
-      if (found > 0.0) give = std::min(found, 1.0);
-    }
-    force_ = force;
-    travel_ = travel;
-    const double met = meet(drive, force, travel, give, embedded);
-    return met < buckles_ ? met : 0.5 * (force + buckles_);
-  }
-
   /// The next after one at which the needle buckles, where another bore it. Wait-free.
   double back(double force, double bears) noexcept {
-    buckles_ = force;
+    high_ = force;
+    if (!(low_ < high_)) low_ = -endless;
     return 0.5 * (force + bears);
   }
 
  private:
-  /// Where the force of the laws meets that of the needle: between the force and what the laws make of it.
-  template <class Axial>
-  static double meet(AxialDrive<Axial>& drive, double force, double travel, double give,
-                     bool embedded) noexcept {
-    double low = force, high = drive.force(), missing = high - force, at = force;
-    if (low > high) std::swap(low, high);
-    for (int tries = 0; tries < 12; ++tries) {
-      const double step = at + missing / (1.0 + drive.by_travel() * give);
-      at = step >= low && step <= high ? step : 0.5 * (low + high);
-      if (give == 0.0 || std::abs(missing) <= smallest) return at;
-      drive.to(travel - give * (at - force), embedded);
-      missing = drive.force() - at;
-      (missing > 0.0 ? low : high) = at;
-    }
-    return at;
-  }
-
   static constexpr double endless = std::numeric_limits<double>::max();
-  static constexpr double smallest = 1e-6;  // [N]
-  double force_ = endless, travel_ = 0.0;   // of the last try
-  double buckles_ = endless;
+  double low_ = -endless, high_ = endless, missing_ = 0.0;
+  double force_ = endless, travel_ = 0.0;  // of the last try
 };
 
 }  // namespace needleforce::bending

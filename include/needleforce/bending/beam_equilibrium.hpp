@@ -136,7 +136,7 @@ class BeamEquilibrium {
     const bool along = mesh_.embedded() > 0;
     const double force = along ? load.compression.tip : 0.0, cutting = along ? load.compression.cutting : 0.0;
     for (std::size_t d = 0; d < dimension; ++d)
-      equations.value[last].y[d] += load.tip_force[d] + load.wedge[d] + load.contact * load.contact_place[d] -
+      equations.value[last].y[d] += load.tip_force[d] + load.contact * load.contact_place[d] -
                                     force * mesh_.tip().along[d] - cutting * mesh_.tip().drag[d];
   }
 

@@ -33,8 +33,6 @@ struct BeamLoad {
   double free_length = 0.0;  ///< of the needle from the base to the surface, or to the tip above it [m]
   Place lateral{}, tilt{};   ///< of the base [m], [rad]
   Place tip_force{};         ///< [N]
-  Place wedge{};             ///< of the axial force at the face of the tip [N]
-  Place wedge_share{};       ///< the same over the axial force
   Place bend{};              ///< direction in which the unloaded needle is bent, a unit vector
   Place bend_turns{};        ///< its derivative by the roll
   Compression compression{};

@@ -257,12 +257,8 @@ class FlexibleInsertion : private ShapeInTissue<dimension, Axial> {
     result.buckled = state_.buckled;
     result.moved = true;
     const double left = share_left(state_.reached);
-    for (std::size_t d = 0; d < dimension; ++d) {
-      const double push =
-          left * state_.push[d] + std::max(0.0, state_.sample.force + state_.slide.rub) * state_.wedged[d];
-      result.lateral += push * push;
-    }
-    result.lateral = std::sqrt(result.lateral);
+    for (const double push : state_.push) result.lateral += push * push;
+    result.lateral = left * std::sqrt(result.lateral);
     result.status = state_.sample.status;
     if (result.status == Status::ok && (state_.buckled || !events.converged || too_steep()))
       result.status = Status::outside_range;

@@ -28,25 +28,22 @@ struct FlexibleState {
   TipLoad tip_load{};
   Sample sample{};  ///< of the axial insertion, in the last part of the last step
   BentSample last{};
-  Base base{};              ///< of the last accepted step
-  Slide slide{};            ///< of the shaft
-  double slid = 0.0;        ///< travel of the shaft that base and shape give, which limits may hold back [m]
-  double reached = 0.0;     ///< travel of the tip, negative above the tissue [m]
-  double along = 0.0;       ///< axial force in the needle at its base [N]
-  double force = 0.0;       ///< of a hand that pushes it on there [N]
-  double tip_pull = 0.0;    ///< what the lateral energy gains per travel of the tip [N]
-  double give = 0.0;        ///< how much less the shaft slides per force [m/N]
-  Place touch{};            ///< where a tip on the surface is unloaded
-  double grip = 0.0;        ///< lateral stiffness of the surface that it presses on [N/m]
-  Place ahead{};            ///< where the tissue ahead of the tip is unloaded
-  Place push{};             ///< lateral force on the tip when it last cut [N]
-  Place wedge{};            ///< lateral over axial force at the face of a tip, when it last cut
-  double wedge_from = 0.0;  ///< axial force then [N]
-  Place wedged{};           ///< what is left of `wedge` in the last solution
-  Place lean{};             ///< what makes the axial force there follow the needle, not the path [N]
-  double charge = 0.0;  ///< axial force that pays for the work of the lateral force on a tip that cuts [N]
-  double owed = 0.0;    ///< what it has not paid yet [J]
-  double waited = 0.0;  ///< time since the last accepted step [s]
+  Base base{};            ///< of the last accepted step
+  Slide slide{};          ///< of the shaft
+  double slid = 0.0;      ///< travel of the shaft that base and shape give, which limits may hold back [m]
+  double reached = 0.0;   ///< travel of the tip, negative above the tissue [m]
+  double along = 0.0;     ///< axial force in the needle at its base [N]
+  double force = 0.0;     ///< of a hand that pushes it on there [N]
+  double tip_pull = 0.0;  ///< what the lateral energy gains per travel of the tip [N]
+  double give = 0.0;      ///< how much less the shaft slides per force [m/N]
+  Place touch{};          ///< where a tip on the surface is unloaded
+  double grip = 0.0;      ///< lateral stiffness of the surface that it presses on [N/m]
+  Place ahead{};          ///< where the tissue ahead of the tip is unloaded
+  Place push{};           ///< lateral force on the tip when it last cut [N]
+  Place lean{};           ///< what makes the axial force there follow the needle, not the path [N]
+  double charge = 0.0;    ///< axial force that pays for the work of the lateral force on a tip that cuts [N]
+  double owed = 0.0;      ///< what it has not paid yet [J]
+  double waited = 0.0;    ///< time since the last accepted step [s]
   double moved_across = 0.0;  ///< since the tissue yielded [m]
   bool started = false, embedded = false, buckled = false;
 };
@@ -76,11 +73,9 @@ void check(StateCheck& check, const FlexibleState<dimension>& state,
   check.numbers("base.tilt", state.base.tilt, 1.0);
   check.require("base.roll", std::isfinite(state.base.roll));
   check.numbers("tip_load", state.tip_load.share(), 1.0 + 1e-9);
-  for (const std::array<double, dimension>* each :
-       {&state.touch, &state.ahead, &state.push, &state.lean, &state.wedge, &state.wedged})
+  for (const std::array<double, dimension>* each : {&state.touch, &state.ahead, &state.push, &state.lean})
     check.numbers("tip", *each);
-  check.numbers("tip", std::array{state.along, state.force, state.tip_pull, state.charge, state.owed,
-                                  state.wedge_from});
+  check.numbers("tip", std::array{state.along, state.force, state.tip_pull, state.charge, state.owed});
   check.number("reached", state.reached, -2.0 * farthest, 2.0 * farthest);
   check.number("slid", state.slid, -4.0 * farthest, 4.0 * farthest);
   check.number("give", state.give, 0.0, 1.0);

@@ -11,7 +11,6 @@
 
 #include "../foundation.hpp"
 #include "../parameter.hpp"
-#include "elementary.hpp"
 
 namespace needleforce::bending {
 
@@ -76,7 +75,7 @@ inline Secant stiffness_at(const LateralLayer& layer, double offset) noexcept {
       return {k * one, k * one * one};
     }
     case FoundationForm::tanh: {
-      const double t = tanh_of(y);
+      const double t = std::tanh(y);
       return {y > 1e-8 ? k * t / y : k, k * (1.0 - t * t)};
     }
     default:

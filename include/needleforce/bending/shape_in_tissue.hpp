@@ -54,57 +54,46 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     bool inside = in_tissue();
     Shortening shape = began.shape;
     state_.reached = to.depth - shape.whole();
-    drive.to(slid(began, shape, state_.wedged, to.depth), in_tissue());
+    drive.to(slid(began, shape, to.depth), in_tissue());
     if (axial_.pierced_layers() > 0 && !state_.embedded && state_.reached > 0.0) enter(reached);
     press(drive.sample());
-    turn_tip(to, reached, drive.sample(), drive.force());
+    turn_tip(to, reached, drive.sample());
     ForceSearch search;
-    BoundedSearch bounded;
     ShapeSearch shapes;
-    BackAndForth pulls;
-    double axial = drive.force(), pull = coupled() ? state_.tip_pull : 0.0;
-    BeamLoad<dimension> load = load_of(to, shape, axial + pull, axial);
+    double force = drive.force() + (coupled() ? state_.tip_pull : 0.0);
+    BeamLoad<dimension> load = load_of(to, shape, force, drive.force());
     bool holds = true;   // the last of the tissue may push a tip out
     double bears = 0.0;  // a force at which the needle did not buckle
     const bool lost = state_.buckled;
     for (std::size_t tries = 1; !lost; ++tries) {
       if (!solve(load, events)) {
         if (!coupled() || tries == max_tries) break;
-        axial = search.back(axial, bears);
-        load = load_of(to, shape, axial + pull, axial);
+        force = search.back(force, bears);
+        load = load_of(to, shape, force, drive.force());
         continue;
       }
       if (!coupled()) break;
-      bears = axial;
+      bears = force;
       inside |= in_tissue();
       const Shortening now = shortening();
-      const double aside = load.compression.free - load.compression.surface, force = axial + pull;
-      drive.to(slid(began, now, load.wedge_share, to.depth), in_tissue());
+      const double pull = load.compression.free - load.compression.surface;
+      drive.to(slid(began, now, to.depth), in_tissue());
       state_.tip_pull = tip_pull(load, drive.force());
       const double missing = drive.force() + state_.tip_pull - force;
       const double change = now.whole() - began.shape.whole();
-      const double unbalanced = std::abs(missing) + std::abs(free_pull() - aside);
+      const double unbalanced = std::abs(missing) + std::abs(free_pull() - pull);
       holds = tries < max_tries || load.cuts || mesh().embedded() > 0;
       if (tries == max_tries || (unbalanced * std::abs(change) <= smallest_work &&
                                  std::abs(missing) <= small_force * (1.0 + std::abs(force)) &&
                                  std::abs(now.whole() - shape.whole()) <= smallest_length))
         break;
-      if (wedged()) {
-        axial = search.next(drive, axial, in_tissue(), state_.give);
-        pull += pulls.share(pull, state_.tip_pull) * (state_.tip_pull - pull);
-      } else {
-        axial = drive.force();
-        pull = bounded.next(force, missing, state_.slide.travel, drive.by_travel(), state_.give) - axial;
-      }
+      force = search.next(force, missing, state_.slide.travel, drive.by_travel(), state_.give);
       shape = shapes.next(shape, now);
       state_.reached = to.depth - shape.whole();
-      load = load_of(to, shape, axial + pull, axial);
+      load = load_of(to, shape, force, drive.force());
     }
     if (inside && !(in_tissue() && holds)) load = spring_out(to, drive.force(), events);
     take(drive, load, events, began);
-  }
-  bool wedged() const noexcept {
-    return std::any_of(state_.wedge.begin(), state_.wedge.end(), [](double share) { return share != 0.0; });
   }
   static constexpr std::size_t max_tries = 12;
   static constexpr double smallest_work = 1e-13;  // [J]
@@ -118,8 +107,8 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     Place tip;
   };
   /// Travel of the shaft [m]: that of its friction, which is the mean along it, and of what cuts, at the tip,
-  /// by their shares of the axial force; less the way of a face that pushes the tip aside.
-  double slid(const Began& began, const Shortening& now, const Place& wedge, double depth) noexcept {
+  /// by their shares of the axial force.
+  double slid(const Began& began, const Shortening& now, double depth) noexcept {
     const double reached = depth - now.whole(), tip = reached - began.reached;
     double& wanted = state_.slid;
     wanted = began.slid + tip;
@@ -130,14 +119,12 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
           0.5 * (per_length(was.weighted, began.reached) + per_length(now.weighted, reached));
       const double shaft = now.weighted - was.weighted + now.aside - was.aside +
                            (grows - 0.5 * (now.passing + was.passing)) * tip;
-      double aside = 0.0, wedged = 0.0;
+      double aside = 0.0;
       const auto& node = mesh().tip();
-      for (std::size_t d = 0; d < dimension; ++d) {
-        const double moved = node.place[d] - began.tip[d] - node.along[d] * tip;
-        aside += 0.5 * (node.drag[d] + node.drag_before[d]) * moved;
-        wedged += 0.5 * (wedge[d] + state_.wedged[d]) * moved;
-      }
-      wanted += state_.slide.share * shaft + (1.0 - state_.slide.share) * aside - wedged;
+      for (std::size_t d = 0; d < dimension; ++d)
+        aside +=
+            0.5 * (node.drag[d] + node.drag_before[d]) * (node.place[d] - began.tip[d] - node.along[d] * tip);
+      wanted += state_.slide.share * shaft + (1.0 - state_.slide.share) * aside;
     }
     return std::min(wanted, std::min(state_.path.longest(), axial_.reach()));
   }
@@ -172,11 +159,10 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     events.punctured |= state_.sample.punctured;
     events.exit |= state_.sample.exit;
     const bool bends = coupled() && !state_.buckled;
-    state_.wedged = load.wedge_share;
     state_.along = drive.force() + (bends ? state_.tip_pull + free_pull() : 0.0);
     state_.force = state_.along - (bends && guided() ? state_.beam.pull() : 0.0);
     if (mesh().embedded() > 0)
-      state_.beam.turn_friction(1.0 - falling(std::abs(state_.slid - began.slid) / state_.path.spacing),
+      state_.beam.turn_friction(1.0 - std::exp(-std::abs(state_.slid - began.slid) / state_.path.spacing),
                                 shortens_);
     if (!(state_.reached > 0.0)) leave();
     if (load.cuts) {
@@ -215,20 +201,15 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
         std::max(0.0, settings_.beam.support.free_length(base.depth) + (inside ? shape.free : base.depth));
     load.compression = {force + (coupled() && inside ? free_pull() : 0.0), force,
                         force - state_.slide.share * axial, (1.0 - state_.slide.share) * axial};
-    const std::array<double, 2> bevel = cos_sin(base.roll);
+    const std::array<double, 2> bevel{std::cos(base.roll), std::sin(base.roll)};
     const std::array<double, 2> turns{-bevel[1], bevel[0]};
     const double left = inside ? share_left(state_.reached) : 0.0;
-    const double pushed = coupled() && inside ? std::max(0.0, axial) : 0.0;
-    // a tip that is pulled has no face that pushes: by degrees, for the slide must not jump
-    const double bears = left * std::min(1.0, 4.0 * pushed / (state_.wedge_from + 1e-12));
     for (std::size_t d = 0; d < dimension; ++d) {
       load.lateral[d] = base.lateral[d];
       load.tilt[d] = base.tilt[d];
       load.bend[d] = bevel[d];
       load.bend_turns[d] = turns[d];
       load.tip_force[d] = left * (state_.push[d] + state_.lean[d]);
-      load.wedge_share[d] = bears * state_.wedge[d];
-      load.wedge[d] = load.wedge_share[d] * pushed;
     }
     if (inside) {
       load.cuts = state_.reached >= state_.path.front();

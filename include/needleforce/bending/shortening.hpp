@@ -23,29 +23,17 @@ struct Shortening {
   void check(StateCheck& check) const noexcept { check.numbers("beam.shortening", *this); }
 };
 
-/// How far to go to what a try found: where that goes back and forth from try to try, as with a tip that is
-/// about to leave the tissue, the next is between the last two.
-class BackAndForth {
- public:
-  /// Share of the way from one that was tried to what was found. Wait-free.
-  double share(double tried, double found) noexcept {
-    const double off = found - tried, slope = (before_ - off) / (tried - tried_);
-    const double result = before_ * off < 0.0 && slope > 1.0 ? 1.0 / slope : 1.0;
-    before_ = off;
-    tried_ = tried;
-    return result;
-  }
-
- private:
-  double before_ = 0.0, tried_ = 0.0;
-};
-
-/// The shortening at which a needle is as short as it was taken to be.
+/// The shortening at which a needle is as short as it was taken to be. Where it goes back and forth, as that
+/// of a tip that is about to leave the tissue does, the next try is between the last two.
 class ShapeSearch {
  public:
   /// The next to try after one whose solution was `found`. Wait-free.
   Shortening next(const Shortening& tried, const Shortening& found) noexcept {
-    const double share = search_.share(tried.whole(), found.whole());
+    const double off = found.whole() - tried.whole();
+    const double slope = (before_ - off) / (tried.whole() - tried_);
+    const double share = before_ * off < 0.0 && slope > 1.0 ? 1.0 / slope : 1.0;
+    before_ = off;
+    tried_ = tried.whole();
     Shortening result = found;
     result.free = tried.free + share * (found.free - tried.free);
     result.embedded = tried.embedded + share * (found.embedded - tried.embedded);
@@ -53,7 +41,7 @@ class ShapeSearch {
   }
 
  private:
-  BackAndForth search_;
+  double before_ = 0.0, tried_ = 0.0;
 };
 
 /// Of the embedded needle: the half of (y' - T)^2, less T' v, with the direction T of the path and the offset

@@ -131,12 +131,6 @@ class CondensedInsertion {
   double reach() const noexcept { return tissue_.length(); }
   /// Lateral force of the bevel as a share of the cutting force. Wait-free.
   double lateral_ratio() const noexcept { return lateral_ratio_; }
-  /// True where each layer has a cutting force.
-  bool cuts() const noexcept {
-    for (std::size_t i = 0; i < layers_.count(); ++i)
-      if (!(layers_[i].cutting(0.0) > 0.0)) return false;
-    return true;
-  }
   /// A number that distinguishes tissues and models, with the lateral force of the bevel.
   std::uint64_t model_fingerprint() const noexcept {
     Fingerprint print;

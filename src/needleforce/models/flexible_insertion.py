@@ -77,7 +77,7 @@ class FlexibleInsertion:
         Elements along the embedded needle, 1 to 100.
     small_slopes : bool
         Whether tip and shape leave out the second order of the slopes. Otherwise bending shortens the needle and its
-        axial laws feel that, unless a layer has a ``tip_force`` in tissue that is not cut.
+        axial laws feel that, where neither a bevel nor a layer pushes the tip aside.
     max_speed, hold_time, depth_noise : float
         As for ``Insertion``.
     **lengths : float
