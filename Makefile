@@ -107,9 +107,10 @@ test-system: .venv/.made
 test-browser: test-system
 	@PYTHON=$(PYTHON) tools/system_packages.sh browser || echo "the tests that open a page are skipped"
 
-# after an installation one process compiles what the tests import, else each of those that run them does
+# after an installation one process compiles what the tests import, else each of those that run them does; what cannot be imported is seen
+# before the others run
 .venv/.collected: .venv/.test-packages
-	@$(BIN)/python -m pytest --collect-only -q > /dev/null || true
+	@$(WATCHED) "collecting the Python tests" -- $(BIN)/python -m pytest --collect-only -q
 	@touch $@
 
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
