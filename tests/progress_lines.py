@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`pytest --lines`: a line at least every five seconds instead of dots, with what is running in how many tests."""
+"""`pytest --lines`: a line at least every five seconds instead of dots, with what is running in how many tests, and at the
+end the files that took longest."""
 
 import threading
 import time
+from collections import Counter
 
 import pytest
 
 QUIET = 5.0  # [s]
+SLOWEST = 15  # files
 
 
 class ProgressLines:
@@ -14,7 +17,7 @@ class ProgressLines:
 
     def __init__(self, config):
         self.config, self.begin = config, time.monotonic()
-        self.total, self.done, self.running = 0, 0, {}
+        self.total, self.done, self.running, self.seconds = 0, 0, {}, Counter()
         self.over = threading.Event()
 
     def pytest_sessionstart(self):
@@ -33,6 +36,14 @@ class ProgressLines:
     def pytest_runtest_logfinish(self, nodeid):
         self.running.pop(nodeid, None)
         self.done += 1
+
+    def pytest_runtest_logreport(self, report):
+        self.seconds[report.nodeid.split("::")[0]] += report.duration
+
+    def pytest_terminal_summary(self, terminalreporter):
+        terminalreporter.write_line(f"the {SLOWEST} files that took longest, of {self.seconds.total():.0f} s:")
+        for file, seconds in self.seconds.most_common(SLOWEST):
+            terminalreporter.write_line(f"{seconds:7.0f} s {file}")
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_report_teststatus(self, report):
