@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`pytest --lines`: a line at least every five seconds instead of dots, with what is running in how many tests, and at the
-end the files that took longest."""
+"""`pytest --lines`: a line at least every five seconds instead of dots, with what is running in how many tests, and at
+the end the files that took longest."""
 
 import threading
 import time
