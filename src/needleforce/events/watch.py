@@ -3,7 +3,8 @@
 
 from typing import Any
 
-from ..core import Detection, EventDetector
+from ..acquisition.stop_at import detector_of
+from ..core import Detection, EventSettings
 from .rows import Row
 
 
@@ -12,8 +13,8 @@ class Watch:
 
     Parameters
     ----------
-    detector : EventDetector, optional
-        What looks for the events; by default one with the settings that hold everywhere.
+    settings : EventSettings, optional
+        What counts as an event; by default the settings that hold everywhere.
 
     Attributes
     ----------
@@ -25,8 +26,8 @@ class Watch:
         How many there were.
     """
 
-    def __init__(self, detector: EventDetector | None = None):
-        self.detector = EventDetector() if detector is None else detector
+    def __init__(self, settings: EventSettings | None = None):
+        self.detector = detector_of(settings or EventSettings())
         self.events: list[Detection] = []
         self.row: Row | None = None
         self.rows = 0
