@@ -12,19 +12,18 @@ from typing import TYPE_CHECKING, Annotated
 import msgspec
 import typer
 
-from ..core import EventSettings
 from ..errors import InputError
-from ..events.rows import Row, replayed, rows_of_lines
-from ..events.watch import Watch, event_document
 from ..recording.options import ReadOptions
-from .files import read_all
+from .files import read_all, readable
 from .flags import takes_flags
-from .output import check_outputs, say, table
+from .output import ReportFlags, check_outputs, progress, say, show, table, write_json
 from .record import STOP_AT_HELP, EventFlags, SourceFlags, moves_of, opened_rig, say_limits
 from .watch_view import EVENT_COLUMNS, JsonLines, View, event_cells, json_lines, view_of
 
 if TYPE_CHECKING:
     from ..acquisition.settings import Written
+    from ..core import EventSettings
+    from ..events.rows import Row
 
     pass
 
@@ -34,6 +33,7 @@ SOURCE_HELP = "Recordings; or rig, with --sensor and --axis; or - for lines of t
 SPEED_HELP = "Seconds of a recording in one second, or max."
 DEPTH_HELP = "Of a rig: move the axis to this depth, at --speed-mm-s; without, whoever moves the needle is watched."
 OUTPUT_HELP = "Of a rig: MCAP file to record to; without, nothing is kept."
+CHOOSE_HELP = "Instead of a replay: the settings that fit the recordings, with misses, false alarms and delays."
 JSON_HELP = "Write a JSON line an event and one a second to this file; - for standard output."
 
 
@@ -49,6 +49,9 @@ class WatchFlags(msgspec.Struct, frozen=True, kw_only=True):
     start_mm: Annotated[float, typer.Option(help="Of a rig: depth of the tip at the start and at the end.")] = -5.0
     stop_at: Annotated[str | None, typer.Option(help=STOP_AT_HELP)] = None
     output: Annotated[Path | None, typer.Option("--output", "-o", help=OUTPUT_HELP)] = None
+    allowed: Annotated[float, typer.Option(help="With --choose: false alarms an insertion, at most.")] = 0.02
+    choose: Annotated[bool, typer.Option("--choose", help=CHOOSE_HELP)] = False
+    page: ReportFlags
 
 
 @takes_flags("motion", "start_depth")
@@ -64,7 +67,10 @@ def run(
     2: wrong usage; of a rig as of ``record``.
     """
     files = [] if sources in ([LINES], [RIG]) else [Path(each) for each in sources]
-    check_outputs([given.json, given.output], files)
+    check_outputs([given.json, given.output, given.page.check()], files)
+    if given.choose:
+        _choose(files, given, reading)
+        return
     speed, settings, done, code = _speed(given.pace), given.events.settings(), [], 0
     _check_rig(sources == [RIG], given, reading)
     with ExitStack() as opened:
@@ -80,6 +86,27 @@ def run(
         each.show_events(quiet=given.json == "-")
     if code or not any(each.watch.rows for each in done):
         raise typer.Exit(code or 1)
+
+
+def _choose(files: list[Path], given: WatchFlags, reading: ReadOptions) -> None:
+    """Choose the settings on recordings."""
+    from ..events.choice import choose
+
+    if not files:
+        raise InputError("--choose", "given", "it needs recordings", next_step="Name files.")
+    done = read_all(files, reading)
+    for _, each in done:
+        if isinstance(each, InputError):
+            say(str(each))
+    if not (found := readable(done)):
+        raise typer.Exit(1)
+    chosen = choose(found, allowed=given.allowed, progress=progress)
+    write_json(chosen.to_json(), given.json)
+    given.page.write(chosen.report)
+    if given.json != "-":
+        table(chosen.heading(), *chosen.cells())
+        for title, sentences in chosen._remarks():
+            show(f"{title}: {' '.join(sentences)}")
 
 
 def _check_rig(wanted: bool, given: WatchFlags, reading: ReadOptions) -> None:
@@ -131,6 +158,8 @@ class RunRows:
         """Take what was written; depth and force are on one clock."""
         for state, at in written.states:
             self._course.add(1e-9 * at, state)
+        from ..events.rows import Row
+
         rows = []
         for (_, at), force in zip(written.samples, written.forces, strict=True):
             depth = self._course.at(1e-9 * at)
@@ -140,8 +169,10 @@ class RunRows:
         self._watched.take(rows)
 
 
-def _streams(files: list[Path], reading: ReadOptions, speed: float) -> Iterable[tuple[str, Iterable[list[Row]]]]:
+def _streams(files: list[Path], reading: ReadOptions, speed: float) -> Iterable[tuple[str, Iterable[list["Row"]]]]:
     """The name and the rows of each source; a file that cannot be read is reported."""
+    from ..events.rows import replayed, rows_of_lines
+
     if not files:
         from ..acquisition.sources.opening import standard_input
 
@@ -166,14 +197,16 @@ def _speed(text: str) -> float:
 class Watched:
     """One stream, shown while it comes."""
 
-    def __init__(self, name: str, settings: EventSettings, view: View, out: JsonLines):
+    def __init__(self, name: str, settings: "EventSettings", view: View, out: JsonLines):
+        from ..events.watch import Watch
+
         self.name, self.watch = name, Watch(settings)
         self._view, self._out = view, out
         self._second, self._came, self._stalled = 0, time.monotonic(), 0
         view.begin(Path(name).name, self.watch)
         out.write("begin", source=name)
 
-    def follow(self, batches: Iterable[list[Row]]) -> None:
+    def follow(self, batches: Iterable[list["Row"]]) -> None:
         """Take all batches as they come."""
         for rows in batches:
             self.take(rows)
@@ -183,8 +216,10 @@ class Watched:
         """The stream is over."""
         self._out.write("end", source=self.name, events=len(self.watch.events), rows=self.watch.rows)
 
-    def take(self, rows: list[Row]) -> None:
+    def take(self, rows: list["Row"]) -> None:
         """Take the rows that have come, perhaps none."""
+        from ..events.watch import event_document
+
         for row in rows:
             event = self.watch.add(row)
             self._view.row(row)
