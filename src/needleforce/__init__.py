@@ -29,6 +29,7 @@ _HOME = {
     "FlexibleInsertion": "models.flexible_insertion",
     "LateralLayer": "core",
     "EventDetector": "core",
+    "events": "events",
     "preset": "preset_files",
     "presets": "preset_files",
     "Motion": "models.simulation",

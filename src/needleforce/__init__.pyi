@@ -1,3 +1,4 @@
+from . import events as events
 from . import fe as fe
 from . import steering as steering
 from .core import EventDetector as EventDetector

@@ -15,7 +15,7 @@ from .commands.output import each_output, prepare_streams, say, typed
 from .errors import InputError, did_you_mean
 
 COMMANDS = ("demo", "inspect", "simulate", "identify", "campaign", "study", "compare", "indentation", "penetration",
-            "convert", "export", "record", "rest", "rig", "laws", "presets", "studio")  # fmt: skip
+            "convert", "export", "record", "watch", "rest", "rig", "laws", "presets", "studio")  # fmt: skip
 """Each in the module of its name, in the order of the help."""
 
 

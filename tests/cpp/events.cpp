@@ -159,4 +159,38 @@ TEST(Events, StreamThatBeginsInTissueIsDoubted) {
   EXPECT_EQ(punctures(found, 0.5), 0);
 }
 
+TEST(Events, ResistanceFallsWithinMillisecondsOfARuptureAndComesBack) {
+  for (const double rate : {100.0, 1000.0, 5000.0}) {
+    EventDetector watch;
+    double before = 1.0, fallen = 1.0, later = 0.0, back = 0.0;
+    replay(watch, rate, 5.5, 5e-3, [&](double time, Reading&) {
+      const double since = time - rupture / speed;  // of the reading after the one that was taken
+      if (since <= 0.0) before = std::min(before, watch.resistance());
+      if (since <= 10e-3 + 2.0 / rate + 1e-3) fallen = watch.resistance();
+      if (since <= 0.2) later = watch.resistance();
+      back = watch.resistance();
+    });
+    EXPECT_EQ(before, 1.0) << rate;
+    EXPECT_NEAR(fallen, 0.5, 0.08) << rate;  // 1 N of 2 N
+    EXPECT_NEAR(later, 0.6, 0.08) << rate;   // held for 100 ms, then a tenth in 100 ms
+    EXPECT_EQ(back, 1.0) << rate;
+  }
+}
+
+TEST(Events, ResistanceIsWholeInNoiseAtRestAndWhereTheNeedleLeaves) {
+  EventDetector watch;
+  double least = 1.0;
+  std::mt19937_64 generator(2);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 12'000; ++i) {  // in for 3 s to 6 mm, at rest for 4 s, out
+    const double time = 1e-3 * i;
+    const double depth = time < 3.0 ? speed * time : time < 7.0 ? 6e-3 : 6e-3 - speed * (time - 7.0);
+    const double rest = std::clamp(time - 3.0, 0.0, 4.0), push = 0.5e3 * std::max(0.0, depth - surface);
+    const double force = push * (0.6 + 0.4 * std::exp(-rest / 0.8)) + 20e-3 * normal(generator);
+    watch.step(force, depth, 1e-3);
+    least = std::min(least, watch.resistance());
+  }
+  EXPECT_EQ(least, 1.0);
+}
+
 }  // namespace

@@ -28,7 +28,8 @@ TEST(RealTime, MillionReadingsWatchedAllocateNothing) {
     const Detection event = watch.step(force, depth, dt);
     const bool bad = !std::isfinite(force + depth + dt) || !(dt > 0.0);
     faults_say_so = faults_say_so && (!bad || watch.status() != StreamStatus::ok);
-    finite = finite && std::isfinite(event.time + event.depth + event.size + event.delay + watch.noise());
+    finite = finite && std::isfinite(event.time + event.depth + event.size + event.delay + watch.noise() +
+                                     watch.resistance());
     probable = probable && event.probability >= 0.0 && event.probability <= 1.0;
     found += event.kind != EventKind::none;
   }

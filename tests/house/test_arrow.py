@@ -29,6 +29,7 @@ ALLOWED = {
     "wire": CORE,
     "rig": MODELS | {"recording", "wire"},
     "acquisition": CORE | {"recording", "wire"},
+    "events": CORE | {"recording", "segmentation", "acquisition"},
     "protocol": MODELS | {"recording", "wire", "acquisition"},
     "mujoco": MODELS | {"fe"},
     "running": {"checks", "errors", "vocabulary"},

@@ -134,7 +134,7 @@ double bend(Needle& needle) noexcept [[clang::nonblocking]] {
   const auto copy = watch.snapshot();
   const double probability = watch.step(0.0, 0.0, 1e-3).probability;
   if (watch.status() != needleforce::events::StreamStatus::ok) watch.reset();
-  return probability + copy.noise() + copy.needed_fall();
+  return probability + copy.noise() + copy.needed_fall() + copy.resistance();
 }
 
 // what the loop calls while another thread replaces the model

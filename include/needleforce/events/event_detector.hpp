@@ -40,6 +40,11 @@ class EventDetector {
   double noise() const noexcept { return noise_.sd(std::max(settings_.force_noise, free_noise_)); }
   /// The fall that would be a puncture now, if it came between two readings [N].
   double needed_fall() const noexcept { return std::max(needed(), significant(0)); }
+  /// Share of its recent force that the needle still meets: 1 while the force holds or grows, less within
+  /// milliseconds where it falls in new tissue, as for a sound or a hand. It stays so for `within`
+  /// and comes back in ten times that. Falls below half of what a puncture needs, and below what noise makes,
+  /// do not count.
+  double resistance() const noexcept { return 1.0 - lost_; }
 
  private:
   enum class Where { unknown, outside, inside };
@@ -87,6 +92,7 @@ class EventDetector {
 
   void take(double force, double depth, double dt) noexcept {
     course_.add(time_, depth, dt);
+    lost_ = std::max(0.0, lost_ - dt / (10.0 * settings_.within));
     if (model_.known() && !falling_)
       noise_.add(model_.innovation(force, depth, settings_.depth_noise), interval_);
     model_.add(force, depth, std::exp(-dt / settings_.within));
@@ -126,7 +132,7 @@ class EventDetector {
     where_ = where;
     where_since_ = quiet_.time = time_;
     calm_ = 0.0;
-    peak_ = 0.0;
+    peak_ = lost_ = 0.0;
     falling_ = false;
   }
 
@@ -170,10 +176,11 @@ class EventDetector {
   }
 
   void look_for_puncture(double force, double depth) noexcept {
-    const double least = needed();
+    const double least = needed(), unheeded = std::max(0.5 * least, 6.0 * noise());
     for (std::size_t k = 0; windows_.available(k); ++k) {
       const FallWindows::Top& top = windows_.top(k);
       const double fall = top.level - windows_.now(k);
+      if (k == 0) lose(fall - unheeded, top.level - zero_ - unheeded);
       if (!(fall >= least) || fall < significant(k)) continue;
       const double backed = normal((fall - 0.5 / part * least) / sd_of_fall(k));
       const double most = !sure(force) ? 0.5 : k == 0 && !windows_.fast() ? 0.9 : 1.0;
@@ -191,6 +198,9 @@ class EventDetector {
     return zero_known_ && !was_stuck_ && course_.steady() &&
            force - zero_ > 3.0 * std::max(free_noise_, noise_.quantum());
   }
+  void lose(double fall, double of) noexcept {
+    if (of > 0.0) lost_ = std::max(lost_, std::clamp(fall / of, 0.0, 1.0));
+  }
   void restart(double force, double depth) noexcept {
     low_ = force;
     low_at_ = {time_, depth};
@@ -201,6 +211,7 @@ class EventDetector {
   /// Where the fall ends, the needle slides on.
   void follow_fall(double force, double depth) noexcept {
     if (force < low_) restart(force, depth);
+    lose(fell_from_ - low_, fell_from_ - zero_);
     if (time_ - fell_at_ < settings_.within && force < low_ + threshold() * noise()) return;
     falling_ = false;
     const bool stays = fell_from_ - force > 0.5 * (fell_from_ - low_);
@@ -289,7 +300,7 @@ class EventDetector {
   double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0, last_reading_ = 0.0;
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
   double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, low_ = 0.0;
-  double fresh_at_ = 0.0, repeats_ = 0.0, stuck_until_ = -longest;
+  double fresh_at_ = 0.0, repeats_ = 0.0, stuck_until_ = -longest, lost_ = 0.0;
   NeedleCourse::Place quiet_{}, low_at_{}, calm_at_{};
 };
 

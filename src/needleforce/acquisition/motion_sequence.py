@@ -21,6 +21,7 @@ class EndReason(StrEnum):
     DONE = "done"
     INTERRUPTED = "interrupted"
     FORCE_LIMIT = "force limit"
+    EVENT = "event"
     SOURCE_ENDED = "source ended"
     SENSOR_SILENT = "sensor silent"
     SENSOR_FAULT = "sensor fault"

@@ -72,7 +72,7 @@ class Run:
                 self._poll(stop)
                 time.sleep(POLL_INTERVAL_S)
         except RunEnded as ended:
-            end = self._judged(ended)
+            end = self._judged(self._with_missing(ended))
         except BaseException as error:
             self._view = None
             self._end(RunEnded(EndReason.FAILED, repr(error)))
@@ -88,6 +88,8 @@ class Run:
             self._run_writer.mark("limit", force=force, limit=self._settings.force_limit)
             raise RunEnded(EndReason.FORCE_LIMIT, f"{force:.3f} N, limit {self._settings.force_limit:g} N")
         if self._monitor.reason:
+            if self._monitor.reason is EndReason.EVENT:
+                self._run_writer.mark("event", what=self._monitor.detail, depth=self._monitor.event_stop.depth)
             raise RunEnded(self._monitor.reason, self._monitor.detail)
         if stop.is_set():
             raise RunEnded(EndReason.INTERRUPTED)
@@ -135,6 +137,11 @@ class Run:
             return
         pulls += [(1e-9 * sample.arrival, force) for sample, force in readings]
         turns += [(1e-9 * arrival, state.depth) for state, arrival in states]
+
+    def _with_missing(self, ended: RunEnded) -> RunEnded:
+        """The end of the run, with that the event was not there at which it was to stop."""
+        found = self._monitor.event_stop
+        return RunEnded(ended.reason, found.missing) if found and ended.reason is EndReason.DONE else ended
 
     def _judged(self, ended: RunEnded) -> RunEnded:
         """The end of the run, with that the depth was late, if the force of its first withdrawal shows that."""
@@ -246,7 +253,14 @@ class Run:
             frozen_axes=tuple(self._monitor.frozen_axes),
             unwritten=self._run_writer.unwritten,
             stop=stop,
+            past_event=self._past_event(stop),
         )
+
+    def _past_event(self, stop: StopReport | None) -> float | None:
+        """How far past the event at which it was to stop the axis rests [m]."""
+        found = self._monitor.event_stop
+        known = found is not None and stop is not None and math.isfinite(found.depth)
+        return stop.depth - found.depth if known else None
 
     def _show(self, now: float) -> None:
         if self._view is None or now - self._viewed < _VIEW_INTERVAL_S:

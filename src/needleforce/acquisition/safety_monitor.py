@@ -22,6 +22,7 @@ from .settings import Settings
 from .sources.arrival_time import host_time_ns
 from .sources.reading_checks import FrozenCheck, Lateness, QuietCheck, ScaleCheck
 from .sources.source import ForceSample, ForceSource, MotionAxis
+from .stop_at import EventStop
 
 _RECEIVE_TIMEOUT_S = 0.02
 _STOP_REPEAT_S = 0.05
@@ -40,6 +41,7 @@ class SafetyMonitor:
     """Receives on its own thread, the force first, and stops the axis for anything that makes motion unsafe:
 
     - a reading beyond the force limit (``over_limit``),
+    - the event at which it is to stop (``event_stop``),
     - a sensor whose page, scale or zero changes while the axis moves (``_changed_sensor``),
     - no usable reading for ``settings.max_force_gap``: silent, faulty, repeated, overtaken, old or frozen readings, or
       a thread that did not run,
@@ -84,6 +86,7 @@ class SafetyMonitor:
         self._quiet, self._scale, self._scaled = QuietCheck(), ScaleCheck(), 1.0
         self._too_quiet = self._advancing = self._pulled = False
         self._deepest, self._pull, self._pulled_since = -math.inf, math.inf, math.inf
+        self.event_stop = EventStop(settings.stop_at) if settings.stop_at else None
         self._lateness = Lateness()
         self.why_unusable = ""
         self._commanding = threading.Lock()
@@ -262,6 +265,8 @@ class SafetyMonitor:
         pulls = self._advancing and self.bias is not None and self.axial(sample) < -self._pull
         self._pulled_since = min(self._pulled_since, now) if pulls else math.inf
         self._pulled |= now - self._pulled_since > _PULLED_S
+        if self.event_stop and self.bias is not None and (found := self.event_stop.add(sample, self.axial(sample))):
+            self._end(EndReason.EVENT, found)
         for name, check in self._across.items():
             if check.add(sample) and name not in self.frozen_axes:
                 self.frozen_axes.append(name)
@@ -278,6 +283,8 @@ class SafetyMonitor:
             return
         with self._commanding:
             new = [each for each in states if not self.axis_check or self.axis_check.add(each[0], each[1] / _SECOND)]
+        if self.event_stop and new:
+            self.event_stop.add_state(*new[-1])
         for state, _ in new:
             self._advancing, self._deepest = state.depth > self._deepest, max(self._deepest, state.depth)
         self.states.extend(new)

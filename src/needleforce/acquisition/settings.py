@@ -15,6 +15,7 @@ from ..wire.net_ft import AXES
 from .axis_check import StopReport
 from .motion_sequence import EndReason
 from .sources.source import ForceSample
+from .stop_at import StopAt
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,8 @@ class Settings:
         Readings after which the recording is continued in the next file, 100 to 2^22.
     part_time : float
         Time after which it is [s], at least 0.1; infinite for none.
+    stop_at : StopAt, optional
+        The event at which the axis stops and the run ends.
 
     Raises
     ------
@@ -70,6 +73,7 @@ class Settings:
     limit_source: str = "given"
     part_samples: int = MAX_PART_SAMPLES
     part_time: float = math.inf
+    stop_at: StopAt | None = None
 
     def __post_init__(self):
         limits = [
@@ -147,6 +151,8 @@ class RunResult:
         Readings that arrived and are not in the file, because it could not be written.
     stop : StopReport or None
         What the axis did after its last stop; None without an axis that was moved.
+    past_event : float or None
+        Distance [m] from the event at which the axis was to stop to where it rests; None without such an event.
     """
 
     ended: EndReason
@@ -168,6 +174,7 @@ class RunResult:
     frozen_axes: tuple[str, ...] = ()
     unwritten: int = 0
     stop: StopReport | None = None
+    past_event: float | None = None
 
     @property
     def rest_confirmed(self) -> bool:

@@ -6,7 +6,7 @@ import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import typer
@@ -20,6 +20,7 @@ from .output import JSON_HELP, check_outputs, live_view, say, write_json
 if TYPE_CHECKING:
     from ..acquisition.settings import Progress, RunResult, Settings
     from ..acquisition.sources.source import MotionAxis
+    from ..core import EventSettings
     from ..protocol.protocol import Protocol
     from ..protocol.session import CampaignOutcome
 
@@ -30,6 +31,8 @@ DEFAULT_LIMIT = f"{100 * DEFAULT_LIMIT_SHARE:g} % of the sensor's rated range"
 LIMIT_HELP = f"Axial force minus bias at which the axis stops; default: {DEFAULT_LIMIT}."
 FROZEN_HELP = "Whether readings that repeat more often than noise explains stop the axis."
 GAP_HELP = "Time without a usable reading after which a moving axis is stopped."
+STOP_AT_HELP = "Event at which the axis stops: puncture, layer=2 for the second, or force-rate=20 for a fall of 20 N/s."
+FALL_HELP = "The smallest fall of the force that counts as a puncture; default: 0.15 N."
 SAME_SITE_HELP = "If no spare site is left, insert into the hole of an aborted run."
 
 
@@ -50,6 +53,21 @@ class SourceFlags(msgspec.Struct, frozen=True, kw_only=True):
     tissue: Annotated[str, typer.Option(help="Description of the tissue, for the card.")] = ""
 
 
+class EventFlags(msgspec.Struct, frozen=True, kw_only=True):
+    """The flags of what counts as a puncture while the needle moves."""
+
+    fall_n: Annotated[float | None, typer.Option("--fall-N", help=FALL_HELP)] = None
+    fall_share: Annotated[float | None, typer.Option(help="The same as a share of the largest force so far.")] = None
+    false_alarms: Annotated[float | None, typer.Option(help="False alarms a second by noise alone, at most.")] = None
+
+    def settings(self) -> "EventSettings":
+        """The settings of the detector."""
+        from ..core import EventSettings
+
+        given = {"fall": self.fall_n, "share": self.fall_share, "false_alarms": self.false_alarms}
+        return EventSettings(**{name: value for name, value in given.items() if value is not None})
+
+
 class RecordFlags(SourceFlags, frozen=True, kw_only=True):
     """The flags of ``record``."""
 
@@ -66,6 +84,8 @@ class RecordFlags(SourceFlags, frozen=True, kw_only=True):
     protocol: Annotated[str | None, typer.Option(help="Protocol of several runs: paper, or a file.")] = None
     folder: Annotated[Path | None, typer.Option(help="Folder for the recordings of a protocol.")] = None
     same_site: Annotated[bool, typer.Option("--same-site", help=SAME_SITE_HELP)] = False
+    stop_at: Annotated[str | None, typer.Option(help=STOP_AT_HELP)] = None
+    events: EventFlags
     part_s: Annotated[float, typer.Option(help="Time after which the recording continues in the next file.")] = math.inf
     part_readings: Annotated[int, typer.Option(help="Readings after which it does.")] = MAX_PART_SAMPLES
     plain: Annotated[bool, typer.Option("--plain", help="Print one line per second instead of a panel.")] = False
@@ -76,33 +96,26 @@ class RecordFlags(SourceFlags, frozen=True, kw_only=True):
 def run(given: RecordFlags) -> None:
     """Record force and depth during a run, with bias, lost packets and clocks.
 
-    A force limit stops the axis; Ctrl-C ends the recording and closes the file. Exit code 0: completed, or ended by
-    Ctrl-C; 1: ended early for another reason, which is printed, and the data are kept; 2: could not start; 3: the axis
-    was not seen to stop.
+    A force limit stops the axis; Ctrl-C ends the recording and closes the file. Exit code 0: completed, stopped at the
+    event of --stop-at, or ended by Ctrl-C; 1: without that event, or ended early for another reason, which is printed,
+    and the data are kept; 2: could not start; 3: the axis was not seen to stop.
     """
     from ..acquisition.motion_sequence import EndReason
     from ..acquisition.recorder import record_run
-    from ..acquisition.settings import Settings
+    from ..acquisition.stop_at import parse_stop
     from ..protocol import read_protocol
 
     check_outputs([given.output, given.json])
     _check_usage(given)
     planned = read_protocol(given.protocol) if given.protocol else None  # before the network is used
-    opened, configuration = open_sources(given.sensor, given.sensor_page, given.axis, given.calibration)
-    chosen = given.force_limit_n if given.force_limit_n is not None or planned is None else planned.force_limit
-    limit, limit_source = force_limit(chosen, configuration, planned.axial if planned else given.axial, given.axis)
-    settings = Settings(
-        force_limit=limit,
-        limit_source=limit_source,
-        max_force_gap=given.max_force_gap_s,
-        bias_time=given.bias_s,
+    opened, settings = opened_rig(
+        given,
+        planned,
+        given.calibration,
         duration=given.duration_s,
-        axial=given.axial,
-        filter_length=given.filter_length,
-        steady=given.steady_n,
-        frozen_check=given.frozen_check,
         part_samples=given.part_readings,
         part_time=given.part_s,
+        stop_at=parse_stop(given.stop_at, given.events.settings()) if given.stop_at else None,
     )
     with live_view(given.plain) as view:
         if given.protocol:
@@ -110,16 +123,17 @@ def run(given: RecordFlags) -> None:
             write_json(done.to_json(), given.json)
             _exit(done.complete, done.rest_confirmed)
             return
-        moves = [] if given.depth_mm is None else _moves(given.start_mm, given.depth_mm, given.speed_mm_s, given.hold_s)
+        motion_flags = given.start_mm, given.depth_mm, given.speed_mm_s, given.hold_s
+        moves = [] if given.depth_mm is None else moves_of(*motion_flags)
         card = {
             "needle": given.needle,
             "tissue": given.tissue,
             "rig": f"{given.sensor or 'standard input'}, {given.axis or 'no axis'}",
         }
         force, motion = opened()
-        say(f"force limit {limit:.4g} N ({limit_source})" + (_stop_text(motion, moves) if moves else ""))
+        say_limits(motion, moves, settings)
         outcome = record_run(given.output, force, motion, moves=moves, card=card, settings=settings, view=view)
-    completed = [EndReason.DONE, EndReason.INTERRUPTED] + ([] if moves else [EndReason.SOURCE_ENDED])
+    completed = [EndReason.DONE, EndReason.INTERRUPTED, EndReason.EVENT] + ([] if moves else [EndReason.SOURCE_ENDED])
     document = dataclasses.asdict(outcome) | {
         "path": str(outcome.path),
         "stop": outcome.stop and outcome.stop._asdict(),
@@ -130,7 +144,30 @@ def run(given: RecordFlags) -> None:
     except BaseException:  # a closed terminal, a missing folder, Ctrl-C: the axis comes first
         _exit(True, outcome.rest_confirmed)
         raise
-    _exit(outcome.ended in completed, outcome.rest_confirmed)
+    missed = settings.stop_at is not None and outcome.ended == EndReason.DONE
+    _exit(outcome.ended in completed and not missed, outcome.rest_confirmed)
+
+
+def opened_rig(
+    given: SourceFlags, planned: "Protocol | None" = None, calibration: Path | None = None, **chosen: Any
+) -> tuple[Callable[[], tuple], "Settings"]:
+    """What opens force source and axis for a run, and the settings of the run."""
+    from ..acquisition.settings import Settings
+
+    opened, configuration = open_sources(given.sensor, given.sensor_page, given.axis, calibration)
+    wanted = given.force_limit_n if given.force_limit_n is not None or planned is None else planned.force_limit
+    limit, source = force_limit(wanted, configuration, planned.axial if planned else given.axial, given.axis)
+    return opened, Settings(
+        force_limit=limit,
+        limit_source=source,
+        max_force_gap=given.max_force_gap_s,
+        bias_time=given.bias_s,
+        axial=given.axial,
+        filter_length=given.filter_length,
+        steady=given.steady_n,
+        frozen_check=given.frozen_check,
+        **chosen,
+    )
 
 
 def _exit(completed: bool, rest_confirmed: bool) -> None:
@@ -141,14 +178,19 @@ def _exit(completed: bool, rest_confirmed: bool) -> None:
         raise typer.Exit(1)
 
 
-def _stop_text(axis: "MotionAxis", moves: list[tuple[float, float]]) -> str:
-    """The distance within which the axis must stop, for the fastest of the moves."""
+def say_limits(axis: "MotionAxis", moves: list[tuple[float, float]], settings: "Settings") -> None:
+    """Print the force limit, and the distances within which the axis must stop, for the fastest of the moves."""
     from ..acquisition.axis_check import stop_distance
 
+    text = f"force limit {settings.force_limit:.4g} N ({settings.limit_source})"
     # a move to where the one before ends is a hold, and its second number a time
     speeds = [move[1] for before, move in zip([None, *moves], moves) if before is None or move[0] != before[0]]
-    speed = min(axis.limits.max_speed, max(speeds))
-    return f"; a stop from {1e3 * speed:g} mm/s takes at most {1e3 * stop_distance(axis.limits, speed):.2f} mm"
+    if speeds:
+        speed = min(axis.limits.max_speed, max(speeds))
+        text += f"; a stop from {1e3 * speed:g} mm/s takes at most {1e3 * stop_distance(axis.limits, speed):.2f} mm"
+        if settings.stop_at:
+            text += f", {1e3 * settings.stop_at.farthest(axis.limits, speed):.2f} mm past the peak of a puncture"
+    say(text)
 
 
 def _check_usage(given: RecordFlags) -> None:
@@ -167,6 +209,8 @@ def _check_usage(given: RecordFlags) -> None:
         (protocol and moves, "--depth-mm", "the protocol has its own", "Leave it out."),
         (given.duration_s is not None and (moves or protocol), "--duration-s", "a motion has its own end",
          "Leave it out."),
+        (given.stop_at is not None and not moves, "--stop-at", "it needs --depth-mm, the farthest the needle may go",
+         "Give --depth-mm and --speed-mm-s."),
         (gauges and given.source is None, "--calibration", "it needs --from -", "Give --from -."),
     ]  # fmt: skip
     for is_wrong, quantity, limit, advice in faults:
@@ -174,7 +218,7 @@ def _check_usage(given: RecordFlags) -> None:
             raise InputError(quantity, "", limit, next_step=advice)
 
 
-def _moves(start_mm: float, depth_mm: float, speed_mm_s: float, hold_s: float) -> list[tuple[float, float]]:
+def moves_of(start_mm: float, depth_mm: float, speed_mm_s: float, hold_s: float) -> list[tuple[float, float]]:
     """The motion: to the start, insertion, hold, withdrawal."""
     start, depth, speed = 1e-3 * start_mm, 1e-3 * depth_mm, 1e-3 * speed_mm_s
     if not depth > start:
@@ -211,6 +255,8 @@ def _print_outcome(outcome: "RunResult") -> None:
         say(f"warning: the sensor's counter restarted {outcome.restarts} times: it was switched off or exchanged")
     clock = "unknown" if uncertainty is None else f"{1e3 * uncertainty:.3f} ms"
     say(f"{outcome.path}: {outcome.ended}" + (f": {outcome.detail}" if outcome.detail else ""))
+    if outcome.past_event is not None:
+        say(f"{1e3 * outcome.past_event:.3f} mm past it")
     say(f"{outcome.seconds:.1f} s, {outcome.received} readings, largest force {outcome.peak_force:.3f} N")
     counts = f"lost {outcome.lost}, duplicated {outcome.duplicated}, late {outcome.late}"
     say(f"packets: {counts}; uncertainty of the sensor's clock: {clock}")

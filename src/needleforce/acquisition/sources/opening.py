@@ -3,7 +3,7 @@
 
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,14 +47,15 @@ def open_sources(
     return opened, configuration
 
 
-def standard_input(calibration: Path | None) -> "StandardInput":
-    """Readings as lines on standard input. Raises InputError if it is closed."""
+def standard_input(calibration: Path | None, **chosen: Mapping[str, str]) -> "StandardInput":
+    """Readings as lines on standard input, with columns and units where they are chosen (``given``, ``units``). Raises
+    InputError if it is closed."""
     from .gauge_calibration import read_calibration
     from .standard_input import StandardInput
 
     if sys.stdin is None:
         raise InputError("standard input", "closed", next_step="Pipe the output of a program into this command.")
-    return StandardInput(sys.stdin.buffer, read_calibration(calibration) if calibration else None)
+    return StandardInput(sys.stdin.buffer, read_calibration(calibration) if calibration else None, **chosen)
 
 
 def address(text: str, port: int) -> tuple[str, int]:

@@ -9,10 +9,12 @@ import select
 import threading
 import time
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
+import msgspec
 import numpy as np
 
 from ...errors import InputError
@@ -51,15 +53,26 @@ _EXAMPLE_UNITS = {"time": "s", "length": "mm", "velocity": "mm_s", "force": "N",
 class StandardInput:
     """Lines of a stream as a force source; the first line is a header with units.
 
-    Without a column ``time`` the time of a sample is its arrival; without ``sequence`` its number is that of the line.
+    Lines may also be JSON objects with the names of columns as keys, the keys of the first one in each. ``given`` and
+    ``units`` are columns and units by quantity, for a header that lacks them. Without a column ``time`` the time of a
+    sample is its arrival; without ``sequence`` its number is that of the line.
     Lines that do not fit the header, contain something that is not a number, or are incomplete at the end of the input
     are left out and counted in ``wrong_size``; more than a tenth of them is an InputError. A calibration is needed if
     the columns are six gauge voltages. ``axis`` is the depth in the lines; None before ``start`` and without a column
     ``depth``.
     """
 
-    def __init__(self, stream: BinaryIO, calibration: Calibration | None = None, rate: float = _DEFAULT_RATE_HZ):
+    def __init__(
+        self,
+        stream: BinaryIO,
+        calibration: Calibration | None = None,
+        rate: float = _DEFAULT_RATE_HZ,
+        *,
+        given: Mapping[str, str] | None = None,
+        units: Mapping[str, str] | None = None,
+    ):
         self.clock_rate, self.axis = rate, None
+        self._given, self._units, self._keys = given or {}, units or {}, None
         self.wrong_size = self.lines = 0
         self._stream, self._calibration = stream, calibration
         self._place = f"input {getattr(stream, 'name', '')}".replace("<stdin>", "-").strip()
@@ -93,8 +106,19 @@ class StandardInput:
             self._waiting = [line for line in self._read(left) if _has_values(line)]
         if not self._waiting:
             raise InputError("header", "missing", "the input ends before it", self._place, _EXAMPLE)
-        self._columns = columns_of(self._waiting.pop(0), self._calibration, self._place)
+        header = self._waiting[0]
+        if header.lstrip().startswith(b"{"):
+            self._keys = _keys(header, self._place)
+            header = b",".join(self._keys)
+        else:
+            del self._waiting[0]
+        self._columns = columns_of(header, self._calibration, self._place, self._given, self._units)
         self.axis = LineAxis() if "depth" in self._columns.others else None
+
+    @property
+    def quantities(self) -> set[str]:
+        """What the lines have next to the force, after ``start``."""
+        return set(self._columns.others) if self._columns else set()
 
     def receive(self, timeout: float) -> list[ForceSample]:
         """The samples of the new lines after at most ``timeout`` [s]; EOFError at the end of the input."""
@@ -157,7 +181,7 @@ class StandardInput:
         if not _has_values(line):
             return None
         self.lines += 1
-        found = self._columns.numbers(line)
+        found = self._columns.numbers(line if self._keys is None else _cells(line, self._keys))
         if found is None:
             self.wrong_size += 1
             self._last_invalid = line
@@ -200,6 +224,23 @@ class StandardInput:
             shown = repr(self._last_invalid[:80].decode("ascii", "replace"))
             advice = "Write a number for each column of the header, with a decimal point, and times from 0 to 4e9 s."
             raise InputError("line", shown, limit, self._place, advice)
+
+
+def _keys(line: bytes, place: str) -> list[bytes]:
+    """The keys of a JSON object in a line."""
+    try:
+        return [key.encode() for key in msgspec.json.decode(line, type=dict[str, Any])]
+    except msgspec.DecodeError as error:
+        raise InputError("first line", "no JSON object", str(error), place, _EXAMPLE) from None
+
+
+def _cells(line: bytes, keys: list[bytes]) -> bytes:
+    """The values of a JSON object as a line of cells; none for what is no object with these keys."""
+    try:
+        found = msgspec.json.decode(line, type=dict[str, Any])
+    except msgspec.DecodeError:
+        return b""
+    return b",".join(str(found.get(key.decode())).encode() for key in keys)
 
 
 def _has_values(line: bytes) -> bool:
@@ -272,15 +313,23 @@ class LineColumns:
         return all(_RANGES[name][0] <= scale * value <= _RANGES[name][1] for (name, scale), value in others)
 
 
-def columns_of(header: bytes, calibration: Calibration | None, place: str) -> LineColumns:
-    """The columns of a header. Raises InputError for a header without a force or voltages, or without units."""
+def columns_of(
+    header: bytes,
+    calibration: Calibration | None,
+    place: str,
+    given: Mapping[str, str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> LineColumns:
+    """The columns of a header, or those that are given, with their units. Raises InputError for a header without a
+    force or voltages, or without units."""
     text = header.decode("utf-8-sig", "replace").strip()
     delimiter = next((mark for mark in "\t;," if mark in text), None)
     headers = [cell.strip().strip('"') for cell in (text.split(delimiter) if text else [])]
     gauges = _gauges(headers, place)
     rest = ["" if index in gauges else cell for index, cell in enumerate(headers)]
-    chosen = assign_columns(Table(path=Path(place), headers=rest), {}, _BY_NAME).chosen(_QUANTITIES)
-    scale = {quantity: _scale(column, place) for quantity, column in chosen.items()}
+    chosen = assign_columns(Table(path=Path(place), headers=rest), given or {}, _BY_NAME).chosen(_QUANTITIES)
+    known = units or {}
+    scale = {quantity: _scale(column, place, known.get(quantity)) for quantity, column in chosen.items()}
     index = {quantity: column.index for quantity, column in chosen.items()}
     index |= dict([("sequence", k) for k, cell in enumerate(headers) if cell.casefold() in _SEQUENCE_HEADERS][:1])
     _check_calibration(gauges, calibration, place)
@@ -313,12 +362,13 @@ def _gauges(headers: list[str], place: str) -> list[int]:
     return [found[number] for number in sorted(found)]
 
 
-def _scale(column: Column, place: str) -> float:
-    if column.unit is None:
+def _scale(column: Column, place: str, given: str | None) -> float:
+    unit = given or column.unit
+    if unit is None:
         advice = f"Write it into the header, as {split(column.header)[0]}_{_EXAMPLE_UNITS[dimension(column.quantity)]}."
         limit = "units of a stream are not guessed"
         raise InputError(f"unit of column {column.header!r}", "missing", limit, place, advice)
-    return float(parse(column.unit, dimension(column.quantity), column.quantity, place).to_si(1.0))
+    return float(parse(unit, dimension(column.quantity), column.quantity, place).to_si(1.0))
 
 
 def _check_calibration(gauges: list[int], calibration: Calibration | None, place: str) -> None:
