@@ -29,6 +29,7 @@ _HOME = {
     "FlexibleInsertion": "models.flexible_insertion",
     "LateralLayer": "core",
     "EventDetector": "core",
+    "OnlineIdentifier": "online",
     "preset": "preset_files",
     "presets": "preset_files",
     "Motion": "models.simulation",
