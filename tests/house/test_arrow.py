@@ -36,6 +36,7 @@ ALLOWED = {
     "state_folder": {"errors", "files", "vocabulary"},
     "campaign": MODELS | {"recording", "segmentation", "identification", "running", "state_folder"},
     "control": MODELS,
+    "online": MODELS | {"recording", "segmentation", "identification", "campaign"},
     "fe": MODELS | {"recording", "segmentation", "identification"},
     "steering": MODELS | {"display", "recording"},
     "studies": MODELS | {"recording", "identification", "rig", "control", "fe", "running", "state_folder"},
