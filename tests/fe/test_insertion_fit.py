@@ -95,6 +95,7 @@ def test_with_the_geometry_the_modulus_is_found_and_a_half_space_gives_too_much(
     assert all(1.4 < each < 1.6 for each in factors[1:-1])
 
 
+@pytest.mark.long
 def test_the_wrong_block_gives_the_wrong_modulus(true):
     found = fe.fit_insertion(block(10, 0.5), PATH, insertion(true))
     assert modulus(found) < 0.8 * YOUNG
@@ -131,7 +132,7 @@ def made_of(young, friction, cutting, cell, spacing, step, **sensors):
 
 def test_intervals_hold_what_was_made_with_other_spacings_steps_and_cells(specimen, many):
     hits, warned = [], 0
-    for row in ROWS[: many(4, len(ROWS))]:
+    for row in ROWS[: many(2, len(ROWS))]:
         for cell, spacing, step in [(0.25, 0.6e-3, 10e-6), (0.35, 0.75e-3, 4e-6)][: many(1, 2)]:
             found = fe.fit_insertion(specimen, PATH, made_of(*row, cell, spacing, step))
             friction, cutting = found.parameters.friction_per_length, found.parameters.cutting_force
@@ -156,10 +157,10 @@ def test_intervals_hold_the_modulus_of_each_of_many_recordings(true, specimen):
     assert sum(hits) >= 7
 
 
-def test_what_the_model_has_not_is_named_with_its_place(true, specimen):
+def test_what_the_model_has_not_is_named_with_its_place(true, specimen, many):
     time, depth, force = insertion(true)
     stiffer = OFFSET + (force - OFFSET) * (1.0 + 0.5 * np.clip((depth - CONTACT) / 13e-3, 0.0, 1.0))
-    for wrong in (stiffer, force + 0.05 * time / time[-1]):
+    for wrong in (stiffer, force + 0.05 * time / time[-1])[: many(1, 2)]:
         found = fe.fit_insertion(specimen, PATH, (time, depth, wrong))
         assert "times the noise, most of it at " in found.warnings[0] and "wards: there the tissue" in found.warnings[0]
         assert found.warnings[0] in str(found).replace("\n    ", " ")
@@ -184,21 +185,28 @@ def test_tissue_with_mass_in_an_independent_simulation(specimen, many):
         assert modulus(found) == pytest.approx(YOUNG, rel=0.06)
 
 
-def test_other_friction_laws(true, specimen):
+def test_less_friction_outwards(true, specimen):
     outwards = nf.laws.Karnopp(
         coulomb_in=20.0, coulomb_out=-14.0, viscous_in=0.0, viscous_out=0.0, static_in=20.0, static_out=-14.0
     )
     found = fe.fit_insertion(specimen, PATH, insertion(true, nf.Model(*laws(outwards))))
     assert modulus(found) == pytest.approx(YOUNG, rel=0.03)
     assert found.parameters.withdrawal_ratio.value == pytest.approx(0.7, abs=0.03)
+
+
+@pytest.mark.long
+def test_friction_that_falls_with_the_speed(true, specimen):
     stribeck = nf.laws.Lugre(
         bristle_stiffness=1e6, bristle_damping=0.0, viscous=200.0, coulomb=18.0, static_friction=30.0,
         stribeck_speed=2e-3, stribeck_exponent=2.0,
     )  # fmt: skip
     found = fe.fit_insertion(specimen, PATH, insertion(true, nf.Model(*laws(stribeck))))
     assert modulus(found) == pytest.approx(YOUNG, rel=0.05)
-    # a spring between shaft and tissue is in series with the tissue, which seems softer while it is not seen
-    for presliding, seen in ((50e-6, False), (200e-6, True)):
+
+
+def test_a_spring_between_shaft_and_tissue(true, specimen, many):
+    # in series with the tissue, which seems softer while it is not seen
+    for presliding, seen in ((50e-6, False), (200e-6, True))[many(1, 0) :]:
         spring = nf.laws.Coulomb(per_length=FRICTION, presliding=presliding, dimple_ratio=0.0)
         found = fe.fit_insertion(specimen, PATH, insertion(true, nf.Model(*laws(spring))))
         assert 0.9 < modulus(found) / YOUNG < 1.02
@@ -269,7 +277,7 @@ def test_what_a_motion_does_not_show_of_relaxation_is_said(true, specimen):
     assert share.high < 0.2
 
 
-@pytest.mark.parametrize("depth_noise", [0.0, 50e-6])
+@pytest.mark.parametrize("depth_noise", [pytest.param(0.0, marks=pytest.mark.long), 50e-6])
 def test_noise_of_the_depth(true, specimen, depth_noise):
     found = fe.fit_insertion(specimen, PATH, insertion(true, depth_noise=depth_noise))
     assert modulus(found) == pytest.approx(YOUNG, rel=0.03)

@@ -1,4 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
+from contextlib import contextmanager
+
 import pytest
 from browser import CHROMIUM, WITHOUT, chromium
 from studio_server import running
@@ -22,9 +24,9 @@ def address(wasm):
         yield f"http://127.0.0.1:{port}/"
 
 
-@pytest.fixture
-def opened(browser, address):
-    """Opens a page; at the end nothing came from elsewhere, and the page reported no error."""
+@contextmanager
+def _pages(browser, address):
+    """Opens pages; at the end nothing came from elsewhere, and no page reported an error."""
     context, foreign, errors = browser.new_context(), [], []
 
     def opens(link=address, more=None):
@@ -42,3 +44,17 @@ def opened(browser, address):
     yield opens
     context.close()
     assert foreign == [] and errors == []
+
+
+@pytest.fixture
+def opened(browser, address):
+    """Opens a page of this test's own."""
+    with _pages(browser, address) as opens:
+        yield opens
+
+
+@pytest.fixture(scope="module")
+def opened_once(browser, address):
+    """Opens a page for all tests of a file."""
+    with _pages(browser, address) as opens:
+        yield opens

@@ -86,13 +86,20 @@ def test_a_real_recording_is_identified_as_by_the_command_line(opened, recording
     assert assumed and all(sentence in page.inner_text("#notes") for sentence in assumed)
 
 
-@pytest.fixture
-def analysed(opened, root):
-    page = opened()
+@pytest.fixture(scope="module")
+def identified(opened_once, root):
+    page = opened_once()
     page.click("#to-analyse")
     page.set_input_files("#file", root / "examples" / "insertion.csv")
     page.wait_for_selector("#found:not([hidden])", timeout=FIT)
     return page
+
+
+@pytest.fixture
+def analysed(identified):
+    """The view of a recording that is identified once; what a test changes there it takes back."""
+    identified.click("#to-analyse")
+    return identified
 
 
 def test_a_file_without_headers_is_corrected_in_the_page_and_the_script_does_it_again(opened, root, tmp_path):

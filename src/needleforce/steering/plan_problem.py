@@ -103,7 +103,7 @@ class PlanProblem:
         """Rows that are still to be planned."""
         return len(self.depths) - len(self.executed)
 
-    @property
+    @cached_property
     def knots(self) -> np.ndarray:
         """Indices, among the free rows, at which the motion is sought; between them it is linear."""
         before = self.depths[len(self.executed) - 1 : -1]  # where the base moves

@@ -103,10 +103,9 @@ def _counted(problem: PlanProblem, search: Search) -> Callable[[np.ndarray], np.
 
 
 def _slopes(problem: PlanProblem, sought: np.ndarray) -> np.ndarray:
-    here = problem.residuals(sought)
     if not problem.limits.rolls:
-        return _slopes_by_pairs(problem, sought, here)
-    columns = []
+        return _slopes_by_pairs(problem, sought)
+    here, columns = problem.residuals(sought), []
     for k, step in enumerate(_steps(problem, sought)):
         aside = sought.copy()
         aside[k] += step
@@ -114,11 +113,12 @@ def _slopes(problem: PlanProblem, sought: np.ndarray) -> np.ndarray:
     return np.column_stack(columns)
 
 
-def _slopes_by_pairs(problem: PlanProblem, sought: np.ndarray, here: np.ndarray) -> np.ndarray:
+def _slopes_by_pairs(problem: PlanProblem, sought: np.ndarray) -> np.ndarray:
     """Both coordinates of a knot with one simulation: what motion along x does along y, where tissue yields, is
     neglected in the slopes of the search, not in what is found."""
     steps, columns = _steps(problem, sought), []
     tip, simulated = problem.predicted(problem.motion(sought))
+    here = problem.residuals_of(sought, tip, simulated)
     for k in range(0, len(sought), 2):
         both = sought.copy()
         both[k : k + 2] += steps[k : k + 2]
