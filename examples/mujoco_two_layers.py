@@ -52,7 +52,8 @@ skin.pop("top")
 model = mujoco.MjModel.from_xml_string(XML)
 data = mujoco.MjData(model)
 data.qpos[:] = joints_for(-5e-3)
-needle = attach(nf.Model(**skin, deeper=(nf.Layer(**layer(8e-3, 2e6, 2.5e-3)),)), model, site="tip", surface_site="skin")
+tissue = nf.Model(**skin, deeper=(nf.Layer(**layer(8e-3, 2e6, 2.5e-3)),))
+needle = attach(tissue, model, site="tip", surface_site="skin")
 watch, random, commanded, found = nf.EventDetector(), np.random.default_rng(1), -5e-3, []
 for _ in range(5000):
     if len(found) < 2:

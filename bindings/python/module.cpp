@@ -36,6 +36,7 @@ NB_MODULE(core, module) {
   needleforce::python::bind_estimator(module);
   needleforce::python::bind_live(module);
   needleforce::python::bind_events(module);
+  needleforce::python::bind_online(module);
   needleforce::python::bind_guard(module);
   needleforce::python::bind_fit(module);
   needleforce::python::bind_fit_loading(module);

@@ -26,6 +26,7 @@ void bind_flexible(nanobind::module_& module);
 void bind_condensed(nanobind::module_& module);
 void bind_estimator(nanobind::module_& module);
 void bind_events(nanobind::module_& module);
+void bind_online(nanobind::module_& module);
 void bind_guard(nanobind::module_& module);
 void bind_live(nanobind::module_& module);
 void bind_fit(nanobind::module_& module);

@@ -30,6 +30,7 @@ _HOME = {
     "LateralLayer": "core",
     "EventDetector": "core",
     "events": "events",
+    "OnlineIdentifier": "online",
     "preset": "preset_files",
     "presets": "preset_files",
     "Motion": "models.simulation",

@@ -27,6 +27,7 @@ from .models.model import Layer as Layer
 from .models.model import Model as Model
 from .models.simulation import Motion as Motion
 from .models.simulation import simulate as simulate
+from .online import OnlineIdentifier as OnlineIdentifier
 from .preset_files import preset as preset
 from .preset_files import presets as presets
 from .recording import Recording as Recording

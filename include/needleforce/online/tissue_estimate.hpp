@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// One hypothesis on the texture: parameters by least squares whose residual is correlated along the depth.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "square_root.hpp"
+
+namespace needleforce::online {
+
+/// The contact of the intact layer, its modulus and that times its shift, then cutting force and friction per
+/// length of each pierced layer, the deepest first.
+inline constexpr std::size_t slots = 18;
+using Information = SquareRoot<slots>;
+using Slots = Information::Row;
+
+/// A mean reading: what each parameter contributes to it, the force [N], the depth [m], the size [N] by which
+/// texture is measured there, and whether it continues the one before.
+struct Reading {
+  Slots by{};
+  double force = 0.0, depth = 0.0, size = 1.0;
+  bool continues = false;
+};
+
+/// The residual is an Ornstein-Uhlenbeck process in depth with this correlation length, of a size that is
+/// learnt and forgotten; so the difference of two neighbours, less what is still correlated, is white.
+struct TissueEstimate {
+  double correlation_length = 1e-3;
+  double holds_over = 1e9;  ///< travel over which the parameters of a layer hold [m]
+  double doubt = 1.0;       ///< by which the standard deviations of the prior are multiplied
+  double log_weight = 0.0;
+  double scale = 1.0;  ///< variance of the residual over that of Reading::size
+  double seen = 0.0;   ///< readings that were worth something for the scale
+  Information information{};
+
+  double kept(double travel) const noexcept { return std::exp(-std::abs(travel) / correlation_length); }
+
+  /// Variance of the innovation over what was expected, and the weight of that. Wait-free.
+  Innovation add(const Reading& now, const Reading& before, double memory) noexcept {
+    const double travel = now.continues ? now.depth - before.depth : 0.0;
+    const double rho = now.continues ? kept(travel) : 0.0;
+    if (now.continues) information.forget_share(4, std::exp(-0.5 * std::abs(travel) / holds_over));
+    const double own = 1.0 / std::sqrt(scale * (1.0 - rho * rho));
+    const double here = own / now.size, there = rho * own / before.size;
+    Slots by{};
+    for (std::size_t i = 0; i < information.size(); ++i) by[i] = here * now.by[i] - there * before.by[i];
+    const Innovation found = information.add(by, here * now.force - there * before.force);
+    log_weight = keeping * log_weight + std::log(own) - 0.5 * std::log(found.widening) -
+                 0.5 * (freedom + 1.0) * std::log1p(found.squared / freedom);
+    const double gain =
+        std::max(1.0 / (seen + trust), 1.0 - std::exp(-std::abs(travel) / memory)) / found.widening;
+    seen += 1.0 / found.widening;
+    scale = std::clamp(scale * (1.0 + gain * (std::min(found.squared, largest) - 1.0)), 1e-12, 1e12);
+    return found;
+  }
+
+  /// Residual of a reading [N].
+  double residual(const Reading& now, const Slots& theta) const noexcept {
+    double rest = now.force;
+    for (std::size_t i = 0; i < information.size(); ++i) rest -= now.by[i] * theta[i];
+    return rest;
+  }
+
+ private:
+  static constexpr double keeping = 0.99;  // of the weights: another texture is believed after some readings
+  static constexpr double freedom = 5.0;   // of Student's t, whose tails a texture has
+  static constexpr double trust = 5.0;     // readings that the scale at the start is worth
+  static constexpr double largest = 16.0;  // square of an innovation that counts
+};
+
+}  // namespace needleforce::online

@@ -1,0 +1,208 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What is expected of a tissue before the needle moves: from a model, from recordings of such tissue, or nothing."""
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from .. import core
+from ..errors import InputError
+from ..identification import Fit
+from ..identification.statistics.noise import TWO_SIDED, student_quantile
+from ..models.model import Layer, Model
+from ..recording import Recording
+
+FACTOR = 3.0  # of each parameter of a model: what another specimen of a tissue may have
+NOTHING = (0.0, 0.0)
+NAMES = ("modulus", "cutting", "friction", "top", "puncture", "remainder")
+GENERIC = core.tips.Cone(math.pi / 4)  # by which fits without a tip state their stiffness
+NO_SHANK = 0.1  # [m]
+MAX_LAYERS = 8
+EVENT_SETTINGS = {row["name"] for row in core.EventSettings.table()}
+
+Expected = tuple[float, float]  # mean and standard deviation
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prior:
+    """What is expected.
+
+    Attributes
+    ----------
+    layers : tuple of dict
+        Of each layer mean and standard deviation of what is known: ``modulus`` [Pa], ``cutting`` [N], ``friction``
+        [N/m], ``top`` and ``puncture`` [m] below the contact, ``remainder``, the share of the force after a puncture.
+    complete : bool
+        Whether no further layer is expected.
+    tip, radius : tip, float
+        Shape of the contact, and the radius [m] where it stops growing.
+    tip_known : bool
+        False where the tip stands for a stiffness coefficient alone.
+    model : Model or None
+        What gives the laws that are not learnt.
+    source : str
+        Where it is from, in words.
+    """
+
+    layers: tuple[dict[str, Expected], ...] = ()
+    complete: bool = False
+    tip: Any = GENERIC
+    radius: float = NO_SHANK
+    tip_known: bool = False
+    model: Model | None = None
+    source: str = "nothing"
+
+    @property
+    def punctures(self) -> int:
+        """How many are expected; 0 if that is unknown."""
+        return sum("puncture" in layer for layer in self.layers) if self.complete else 0
+
+    def rows(self) -> list[list[Expected]]:
+        """The layers for the core."""
+        return [[layer.get(name, NOTHING) for name in NAMES] for layer in self.layers]
+
+
+def prior_of(given: Any) -> Prior:
+    """The prior that a model, a fit, recordings or None stand for; InputError for anything else."""
+    if given is None:
+        return Prior()
+    if isinstance(given, Prior):
+        return given
+    if isinstance(given, Model):
+        return _of_model(given)
+    if isinstance(given, Fit):
+        return _of_fit(given)
+    recordings = tuple(given) if isinstance(given, Iterable) else ()
+    if recordings and all(isinstance(each, Recording) for each in recordings):
+        return _of_recordings(recordings, Prior())
+    step = "Give nf.preset(…), fit.model, a fit, recordings of the same tissue, or nothing."
+    raise InputError("prior", type(given).__name__, "not a model, a fit or recordings", next_step=step)
+
+
+def core_identifier(prior: Prior, **settings: float) -> core.OnlineIdentifier:
+    """The core's identifier with a prior."""
+    events = {key: settings.pop(key) for key in tuple(settings) if key in EVENT_SETTINGS}
+    return core.OnlineIdentifier(
+        layers=prior.rows(),
+        count=prior.punctures,
+        radius=prior.radius,
+        tip=prior.tip,
+        settings=core.OnlineSettings(**settings),
+        watched=core.EventSettings(**events),
+    )
+
+
+def _of_model(model: Model) -> Prior:
+    """Every parameter within a factor of three."""
+    tip, radius = _shape(model.stiffness)
+    known = model.needle is not None and model.needle.tip is not None
+    base = Prior(tip=tip, radius=radius, complete=True, tip_known=known, model=model)
+    layers = tuple(_of_layer(layer, base) for layer in model.layers)
+    return replace(base, layers=layers, source=f"model {model.name}, within a factor of {FACTOR:g}")
+
+
+def _shape(law: Any) -> tuple[Any, float]:
+    if hasattr(law, "tip"):
+        return law.tip, law.radius
+    if hasattr(law, "half_angle"):
+        return core.tips.Cone(law.half_angle), getattr(law, "radius", NO_SHANK)
+    return GENERIC, NO_SHANK
+
+
+def _of_layer(layer: Layer, base: Prior) -> dict[str, Expected]:
+    """The parameters that the law has, and the modulus with which the contact has its force at the puncture."""
+    alone = Model(layer.stiffness, layer.puncture, layer.friction, layer.cutting)
+    depth = alone.puncture_depth
+    known: dict[str, Expected] = {}
+    if layer.top > 0.0:
+        known["top"] = (layer.top, 0.25 * layer.top)
+    if math.isfinite(depth) and depth > 0.0:
+        force = float(alone.force([depth * (1.0 - 1e-9)])[0])
+        known["modulus"] = _wide(force / unit_force(base, depth))
+        known["puncture"] = _wide(layer.top + depth)
+    slides = [getattr(layer.friction, name, 0.0) for name in ("per_length", "coulomb")]
+    for name, value in (("friction", max(slides)), ("cutting", getattr(layer.cutting, "force", 0.0))):
+        if value > 0.0:
+            known[name] = _wide(value)
+    return known
+
+
+def _wide(value: float) -> Expected:
+    """Within a factor of ``FACTOR``: as far above as that."""
+    return value, (FACTOR - 1.0) / TWO_SIDED * abs(value)
+
+
+def unit_force(prior: Prior, depth: float) -> float:
+    """Force of the contact over its reduced modulus [m²] at a depth [m]."""
+    from ..mechanics.contact import contact
+
+    options = {} if prior.radius >= NO_SHANK else {"shank_radius": prior.radius}
+    return float(contact(prior.tip, depth=depth, reduced_modulus=1.0, **options).force)
+
+
+def _of_fit(fit: Fit) -> Prior:
+    """From the recordings of the fit, each read as it would be online; the model alone where there are none."""
+    model = fit.identified_model
+    recordings = [each.recording for each in fit.recordings if each.recording is not None]
+    base = Prior() if model is None else replace(_of_model(model), layers=(), complete=False)
+    if len(recordings) == 0:
+        return _of_model(fit.model)
+    return _of_recordings(recordings, base)
+
+
+def _of_recordings(recordings: Sequence[Recording], base: Prior) -> Prior:
+    """Of each parameter the mean over the recordings, and what another insertion may have."""
+    insertions = [each for each in (_learnt(recording, base) for recording in recordings) if each]
+    count = max(map(len, insertions), default=0)
+    layers = []
+    for k in range(count):
+        rows = [each[k] for each in insertions if len(each) > k]
+        if 2 * len(rows) <= len(insertions):
+            break
+        layers.append(_next_layer(rows))
+    source = f"{len(insertions)} recordings of the same tissue"
+    return replace(base, layers=tuple(layers), complete=bool(layers), source=source)
+
+
+def _next_layer(rows: list[dict[str, Expected]]) -> dict[str, Expected]:
+    """What most of the insertions have."""
+    values = {name: [row[name] for row in rows if name in row] for name in NAMES}
+    return {name: _next(known) for name, known in values.items() if 2 * len(known) > len(rows)}
+
+
+def _next(values: list[Expected]) -> Expected:
+    """What the next insertion has: the mean, with the scatter between insertions and their own errors."""
+    means, errors = np.array(values).T
+    n = len(means)
+    if n == 1:
+        return float(means[0]), max(_wide(means[0])[1], float(errors[0]))
+    scatter = max(float(means.std(ddof=1)), 0.05 * abs(float(means.mean())))
+    return float(means.mean()), scatter * math.sqrt(1.0 + 1.0 / n) * float(student_quantile(n - 1)) / TWO_SIDED
+
+
+def _learnt(recording: Recording, base: Prior) -> list[dict[str, Expected]]:
+    """The layers of one recording, read sample by sample from nothing."""
+    online, done = core_identifier(base), None
+    for force, depth, dt in zip(recording.force, recording.depth, np.diff(recording.time, prepend=recording.time[0])):
+        event = online.step(force, depth, dt)
+        if event is not None and event.kind == "reversal" and online.regime == "reversing":
+            done = online.copy()  # before the withdrawal
+    done = online if done is None else done
+    if done is None or not done.layer(0)["touched"]:
+        return []
+    intact = done.layer(done.pierced) if done.pierced < MAX_LAYERS else {"touched": False}
+    below = [{"modulus": tuple(intact["modulus"][:2])}] if intact["touched"] else []
+    return [_layer_learnt(done, k) for k in range(done.pierced)] + below
+
+
+def _layer_learnt(online: Any, k: int) -> dict[str, Expected]:
+    layer, surface = online.layer(k), online.surface[0]
+    found = {
+        "puncture": (layer["puncture_depth"] - surface, 0.0),
+        "remainder": (layer["remaining"], 0.0),
+        **{name: (layer[name][0], layer[name][1]) for name in ("modulus", "cutting", "friction")},
+    }
+    return found
