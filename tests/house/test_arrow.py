@@ -29,7 +29,7 @@ ALLOWED = {
     "wire": CORE,
     "rig": MODELS | {"recording", "wire"},
     "acquisition": CORE | {"recording", "wire"},
-    "events": CORE | {"recording", "segmentation", "acquisition"},
+    "events": CORE | {"recording", "segmentation", "acquisition", "online"},
     "protocol": MODELS | {"recording", "wire", "acquisition"},
     "mujoco": MODELS | {"fe"},
     "running": {"checks", "errors", "vocabulary"},

@@ -68,6 +68,22 @@ def test_the_twins_of_the_loop_say_the_same(root, tmp_path):
     assert "largest push 0.3008 N" in said
 
 
+def test_the_loop_in_cpp_stops_after_the_second_layer(root, tmp_path):
+    source = root / "examples" / "two_layers.cpp"
+    subprocess.run(["g++", "-std=c++20", "-O0", f"-I{root / 'include'}", source, "-o", tmp_path / "loop"], check=True)
+    out = subprocess.run([tmp_path / "loop"], capture_output=True, text=True, check=True).stdout
+    depths = [float(each) for each in re.findall(r"at (\d\S+) mm", out)]
+    assert depths == pytest.approx([3.0, 10.5], abs=0.03)
+    # 5 mm/s for a few cycles, then v^2 / 2a = 0.0125 mm
+    assert 0.0125 < float(re.search(r"at rest (\S+) mm past", out)[1]) < 0.05
+
+
+def test_the_loss_of_resistance_is_that_behind_the_ligament(root, tmp_path):
+    out = run([str(root / "examples" / "loss_of_resistance.py")], tmp_path)
+    resistance, stopped = map(float, re.search(r"resistance (\S+), .* at (\S+) mm", out).groups())
+    assert 36.1 <= stopped < 36.15 and resistance < 0.6  # the membrane of the space yields at 36.1 mm
+
+
 def test_the_twins_of_the_layers_say_the_same(root, tmp_path):
     said = twin(root, tmp_path, "layers")
     assert "layer 1 ruptures at 3.237 mm" in said and "layer 2 ruptures at 7.00" in said

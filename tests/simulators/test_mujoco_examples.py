@@ -36,6 +36,13 @@ def test_the_needle_on_an_arm(root, tmp_path):
     assert abs(wrist) < 1.0 < abs(elbow)  # upright below the wrist
 
 
+def test_the_arm_stops_after_the_second_layer(root, tmp_path):
+    first, second, past = said_by(root, tmp_path, "mujoco_two_layers")
+    # 3 mm into the first layer, 2.5 mm into that at 8 mm; a cycle of 5 um, and the median of three readings
+    assert (first, second) == pytest.approx((3.0, 10.5), abs=0.03)
+    assert 0.0 < past < 0.1
+
+
 def test_the_benchmark_measures_both(mujoco, root):
     spec = importlib.util.spec_from_file_location("mujoco_step", root / "benchmarks" / "mujoco_step.py")
     benchmark = importlib.util.module_from_spec(spec)
