@@ -4,14 +4,17 @@
     python benchmarks/online_events.py [--full]
 
 The simple ones have thresholds, set on odd repeats of one laboratory for at most 0.1 false alarms an insertion; odd
-repeats are printed only with ``--full``. Delay: from the sample before the steepest 10 ms of the fall. A false alarm is
-one outside every fall of half the size of a puncture. ``nf.segment`` sees the whole recording, so it has no delay.
+repeats are printed only with ``--full``. ruptures and changepoint-online have rows where they are installed. Delay:
+from the sample before the steepest 10 ms of the fall. A false alarm is one outside every fall of half the size of a
+puncture. ``nf.segment`` sees the whole recording, so it has no delay.
 """
 
 import argparse
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
+from online_change_points import focus, installed, window
 from online_streams import RECORDINGS, WITHIN, Stream, rig, simulated, stalks
 from rich.console import Console
 from rich.table import Table
@@ -49,8 +52,8 @@ def below_maximum(stream: Stream) -> np.ndarray:
     return np.array([stream.force[low : i + 1].max() - stream.force[i] for i, low in enumerate(first)])
 
 
-def cusum(stream: Stream) -> np.ndarray:
-    """Sum of the falls below a line through the last 100 ms, in standard deviations of the free travel, less 1/2."""
+def off_line(stream: Stream) -> np.ndarray:
+    """Force off a line through the last 100 ms, in standard deviations of the free travel."""
     first, last = np.searchsorted(stream.time, stream.time - WITHIN), np.arange(len(stream.time))
     n = np.maximum(last - first, 1)
 
@@ -62,22 +65,53 @@ def cusum(stream: Stream) -> np.ndarray:
     slope = (mean(stream.time * stream.force) - t * f) / np.maximum(mean(stream.time**2) - t**2, 1e-6)
     off = np.where(last - first > 3, stream.force - f - slope * (stream.time - t), 0.0)
     noise = max(1.4826 * np.median(np.abs(off[: max(20, len(off) // 20)])), 1e-4)
+    return off / noise
+
+
+def cusum(stream: Stream) -> np.ndarray:
+    """Sum of the falls below that line, less 1/2 a sample."""
+    off = off_line(stream)
     total, sums = 0.0, np.empty(len(off))
-    for i, each in enumerate(off / noise):
+    for i, each in enumerate(off):
         sums[i] = total = max(0.0, min(total, 1e3) - each - 0.5)
     return sums
 
 
 def alarms(stream: Stream, statistic: np.ndarray, threshold: float) -> list[int]:
     """Where a statistic exceeds a threshold while the needle cuts, once in 100 ms."""
-    cuts = stream.depth >= np.maximum.accumulate(stream.depth) - 50e-6
-    moves = stream.depth - stream.depth[np.maximum(np.searchsorted(stream.time, stream.time - WITHIN) - 1, 0)] > 20e-6
-    above = (statistic >= threshold) & cuts & moves
-    found: list[int] = []
-    for i in np.flatnonzero(above & ~np.r_[False, above[:-1]]):
-        if not found or stream.time[i] - stream.time[found[-1]] > WITHIN:
+    above = statistic >= threshold
+    return once(stream, np.flatnonzero(above & ~np.r_[False, above[:-1] & cutting(stream)[:-1]]))
+
+
+def once(stream: Stream, alarmed) -> list[int]:
+    """Those of the samples at which the needle cuts, one in 100 ms."""
+    cuts, found = cutting(stream), []
+    for i in alarmed:
+        if cuts[i] and (not found or stream.time[i] - stream.time[found[-1]] > WITHIN):
             found.append(int(i))
     return found
+
+
+def cutting(stream: Stream) -> np.ndarray:
+    """Whether the needle goes deeper than ever."""
+    before = np.maximum(np.searchsorted(stream.time, stream.time - WITHIN) - 1, 0)
+    return (stream.depth >= np.maximum.accumulate(stream.depth) - 50e-6) & (stream.depth - stream.depth[before] > 20e-6)
+
+
+def found_by(statistic: Callable) -> Callable:
+    """Of a stream the function that finds samples by a threshold of a statistic."""
+    return lambda stream: partial(alarms, stream, statistic(stream))
+
+
+def simple_detectors() -> dict:
+    """By name, of a stream the function that finds samples by a threshold."""
+    chosen = {"force rate": rate, "below the maximum": below_maximum, "CUSUM": cusum}
+    detectors = {name: found_by(statistic) for name, statistic in chosen.items()}
+    if installed("ruptures"):
+        detectors["ruptures, window"] = found_by(lambda stream: window(stream.time, off_line(stream)))
+    if installed("changepoint_online"):
+        detectors["FOCuS"] = lambda stream: lambda least: once(stream, focus(off_line(stream), least))
+    return detectors
 
 
 def score(streams: list[Stream], found: list[list[int]]) -> dict:
@@ -114,13 +148,13 @@ def margin(stream: Stream) -> int:
     return max(1, round(WITHIN / float(np.median(np.diff(stream.time)))))
 
 
-def threshold(streams: list[Stream], statistic: Callable, most: float = 0.1) -> float:
+def threshold(streams: list[Stream], detect: Callable, most: float = 0.1) -> float:
     """The lowest threshold with at most so many false alarms an insertion, to 2 %."""
-    values = [statistic(stream) for stream in streams]
-    low, high = 1e-2, 1e3
+    finders = [detect(stream) for stream in streams]
+    low, high = 1e-2, 1e6
     while high > 1.02 * low:
         middle = (low * high) ** 0.5
-        found = [alarms(stream, value, middle) for stream, value in zip(streams, values, strict=True)]
+        found = [find(middle) for find in finders]
         low, high = (low, middle) if score(streams, found)["false"] <= most else (middle, high)
     return high
 
@@ -131,8 +165,8 @@ def main(full: bool) -> None:
     if not (RECORDINGS / "needle-insertion-rig").is_dir():
         console.print(f"no real recordings in {RECORDINGS}: simulated streams alone, without the simple detectors")
     odd = rig(odd=True)
-    simple = {"force rate": rate, "below the maximum": below_maximum, "CUSUM": cusum} if odd else {}
-    limits = {name: threshold(odd, statistic) for name, statistic in simple.items()}
+    simple = simple_detectors() if odd else {}
+    limits = {name: threshold(odd, detect) for name, detect in simple.items()}
     slow, fast = simulated(300 if full else 60)
     noisy_slow, noisy_fast = simulated(300 if full else 60, noise=0.03)
     sets = {"simulated, 100 Hz": slow, "the same, 1 kHz": fast, "noise of 30 mN, 100 Hz": noisy_slow}
@@ -151,8 +185,8 @@ def table(title: str, streams: list[Stream], simple: dict, limits: dict) -> Tabl
     columns = ("detector", "found", "of 20 % and more", "false an insertion", "between half and whole")
     shown = Table(*columns, "samples late, p50 / p90", "ms, p90", title=heading, title_justify="left")
     rows = {"EventDetector()": [detector(stream) for stream in streams]}
-    for name, statistic in simple.items():
-        rows[f"{name}, {limits[name]:.2g}"] = [alarms(s, statistic(s), limits[name]) for s in streams]
+    for name, detect in simple.items():
+        rows[f"{name}, {limits[name]:.2g}"] = [detect(stream)(limits[name]) for stream in streams]
     rows["nf.segment, offline"] = [offline(stream) for stream in streams]
     for name, found in rows.items():
         got = score(streams, found)

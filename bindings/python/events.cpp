@@ -3,6 +3,7 @@
 #include "needleforce/events/event_detector.hpp"
 #include "one_thread.hpp"
 #include "parameters.hpp"
+#include "saved_bytes.hpp"
 
 namespace needleforce::python {
 
@@ -55,6 +56,17 @@ void bind_events(nb::module_& module) {
            "One sample: force [N], depth [m], time since the one before [s].")
       .def("reset", &EventDetector::reset)
       .def("copy", &EventDetector::snapshot, "Another one that has seen the same.")
+      .def("save", &saved_bytes<EventDetector>, "What it has seen, as bytes that any process may keep.")
+      .def(
+          "restore",
+          [](EventDetector& self, const nb::bytes& bytes) {
+            restore_bytes(self, bytes, "not of this version and these settings, or altered",
+                          "Give what save() of a detector with the same settings gave.");
+          },
+          nb::arg("snapshot"),
+          "What another one has seen, from bytes of save(); raises InputError for those of another version "
+          "or "
+          "other settings, or altered ones.")
       .def_prop_ro(
           "status",
           [](const EventDetector& self) {

@@ -15,7 +15,8 @@
  *     hand.step(1e-3, null, 1e-3).force;
  *
  * `CondensedInsertion` is the same in a solid that was condensed onto the path. `FlexibleInsertion` has a needle that
- * bends, in layers or in a solid: the motion of its base in, tip, shape and forces out.
+ * bends, in layers or in a solid: the motion of its base in, tip, shape and forces out. `EventDetector` finds contact,
+ * punctures, stops and exit in a stream of force, depth and time.
  */
 
 import { Core, SampleAt, giveNumbers, makeInsertion, makeSolid, refuse } from "./pieces.mjs";
@@ -33,7 +34,7 @@ async function bytesOf(source) {
 
 /**
  * Compiles the core, once. `source`: the place of needleforce.wasm, or its bytes; the default is this file's folder.
- * Gives `{ Insertion, CondensedInsertion, FlexibleInsertion, version }`.
+ * Gives `{ Insertion, CondensedInsertion, FlexibleInsertion, EventDetector, version }`.
  */
 export async function load(source = new URL("needleforce.wasm", import.meta.url)) {
   const module = await WebAssembly.compile(await bytesOf(source));
@@ -41,6 +42,7 @@ export async function load(source = new URL("needleforce.wasm", import.meta.url)
     Insertion: insertionOf(module),
     CondensedInsertion: condensedInsertionOf(module),
     FlexibleInsertion: flexibleInsertionOf(module),
+    EventDetector: eventDetectorOf(module),
     version: new Core(module).text("version"),
   };
 }
@@ -220,6 +222,64 @@ function flexibleInsertionOf(module) {
     /** Takes a memory back; false, and nothing changes, for bytes of another version, model or settings, or altered. */
     restore(bytes) {
       return this.#core.restore("bend_", bytes);
+    }
+  };
+}
+
+function eventDetectorOf(module) {
+  /** Events found while a needle moves, as `nf_events` in needleforce_events.h. */
+  return class EventDetector {
+    #core;
+    #numbers;
+    #kinds;
+    #statuses;
+
+    /** `settings` by name: `{ fall, share, within, false_alarms, ... }`. Throws a RangeError with what was refused. */
+    constructor(settings = {}) {
+      const core = (this.#core = new Core(module));
+      core.calls.open_events();
+      giveNumbers(core, settings, "settings");
+      if (!core.calls.make_events()) {
+        const { quantity, value, reason } = core.fault();
+        refuse(quantity, value, reason);
+      }
+      this.#numbers = core.numbers(core.calls.event_at(), 5);
+      this.#kinds = core.words("event_name", 7);
+      this.#statuses = core.words("stream_status_name", 7);
+    }
+
+    /**
+     * One sample: force [N], depth [m], time since the one before [s]. Gives null, or `{ kind, time, depth, size,
+     * probability, delay }` of an event. Never throws.
+     */
+    step(force, depth, dt) {
+      const kind = this.#core.calls.events_step(force, depth, dt);
+      if (kind === 0) return null;
+      const [time, at, size, probability, delay] = this.#numbers;
+      return { kind: this.#kinds[kind], time, depth: at, size, probability, delay };
+    }
+    /** What the last sample was worth. */
+    get status() {
+      return this.#statuses[this.#core.calls.events_status()];
+    }
+    /** Standard deviation of a reading now [N]. */
+    get noise() {
+      return this.#core.calls.events_noise();
+    }
+    /** Fall that would be a puncture now [N]. */
+    get neededFall() {
+      return this.#core.calls.events_needed_fall();
+    }
+    reset() {
+      this.#core.calls.events_reset();
+    }
+    /** What was seen, as bytes. */
+    snapshot() {
+      return this.#core.snapshot("events_");
+    }
+    /** Takes it back; false, and nothing changes, for bytes of another version or settings, or altered ones. */
+    restore(bytes) {
+      return this.#core.restore("events_", bytes);
     }
   };
 }

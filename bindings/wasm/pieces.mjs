@@ -29,8 +29,10 @@ export class Core {
   }
   /** The words of phases and status. */
   names() {
-    const named = (call, n) => Array.from({ length: n }, (_, i) => this.text(call, i));
-    return { phase: named("phase_name", 5), status: named("status_name", 4) };
+    return { phase: this.words("phase_name", 5), status: this.words("status_name", 4) };
+  }
+  words(call, length) {
+    return Array.from({ length }, (_, i) => this.text(call, i));
   }
   /** What was refused: layer, law, quantity, value, reason. */
   fault() {

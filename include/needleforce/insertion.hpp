@@ -13,10 +13,10 @@
 #include <utility>
 
 #include "bevel.hpp"
-#include "fingerprint.hpp"
 #include "layer.hpp"
 #include "limits.hpp"
 #include "model.hpp"
+#include "model_fingerprint.hpp"
 #include "model_swap.hpp"
 #include "sample.hpp"
 #include "state.hpp"

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The conformance set through WebAssembly in Chromium. The first argument is the folder with needleforce.mjs."""
+"""The conformance set through WebAssembly in Chromium. The first arguments are trace.mjs or watch.mjs, and the folder with
+needleforce.mjs."""
 
 import shutil
 import sys
@@ -10,11 +11,11 @@ HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE.parent))
 from browser import chromium, served  # noqa: E402
 
-folder, *cases = map(Path, sys.argv[1:])
+script, folder, *cases = map(Path, sys.argv[1:])
 texts = {str(path): path.read_text(encoding="utf-8") for path in cases}
 with TemporaryDirectory() as place:
     shutil.copytree(folder, place, dirs_exist_ok=True)
-    shutil.copy(HERE / "trace.mjs", place)
+    shutil.copy(HERE / script, Path(place, "trace.mjs"))
     Path(place, "page.html").write_text("<!DOCTYPE html><title>conformance</title>", encoding="utf-8")
     with served(Path(place)) as address, chromium() as browser:
         page = browser.new_page()

@@ -60,15 +60,36 @@ TEST(Events, RuptureIsFoundAtAnyRateWithTheSameSettings) {
   }
 }
 
-/// Punctures a second under nothing but noise, with settings for which every fall is large enough.
-double false_alarms(double stated, double rate, double seconds) {
+TEST(Events, ForceThatComesLateIsPutWhereItActed) {
+  for (const double rate : {100.0, 1000.0}) {
+    EventDetector prompt, late({.force_delay = 0.05});
+    const auto before = replay(prompt, rate, 5.0, 1e-6, as_it_is);
+    const auto after = replay(late, rate, 5.0, 1e-6, [](double t, Reading& r) {
+      r.force += insertion(t - 0.05).force - insertion(t).force;
+    });
+    ASSERT_EQ(before.size(), 3U);
+    ASSERT_EQ(after.size(), 3U);
+    for (std::size_t i = 0; i < 2;
+         ++i) {  // contact and puncture; where it slides, noise decides what is lowest
+      EXPECT_NEAR(after[i].time, before[i].time, 1.1 / rate) << rate;
+      EXPECT_NEAR(after[i].depth, before[i].depth, 1.1 * speed / rate) << rate;
+      EXPECT_NEAR(after[i].delay, before[i].delay + 0.05, 2.1 / rate) << rate;
+    }
+  }
+}
+
+/// Punctures a second under nothing but noise, of which each reading keeps a part of the one before, with
+/// settings for which every fall is large enough.
+double false_alarms(double stated, double rate, double seconds, double kept = 0.0) {
   EventDetector watch({.fall = 0.0, .share = 0.0, .false_alarms = stated});
   std::mt19937_64 generator(2);
   std::normal_distribution<double> normal;
   long alarms = 0;
-  for (long i = 0; i < rate * seconds; ++i)
-    alarms +=
-        watch.step(1.0 + 0.01 * normal(generator), speed * i / rate, 1.0 / rate).kind == EventKind::puncture;
+  double noise = 0.0;
+  for (long i = 0; i < rate * seconds; ++i) {
+    noise = kept * noise + 0.01 * std::sqrt(1.0 - kept * kept) * normal(generator);
+    alarms += watch.step(1.0 + noise, speed * i / rate, 1.0 / rate).kind == EventKind::puncture;
+  }
   return alarms / seconds;
 }
 
@@ -76,6 +97,8 @@ TEST(Events, NoiseAloneMakesNoMoreFalseAlarmsThanStated) {
   EXPECT_LE(false_alarms(0.1, 100.0, 3000.0), 0.1);
   EXPECT_LE(false_alarms(0.01, 100.0, 10000.0), 0.01);
   EXPECT_LE(false_alarms(0.1, 1000.0, 500.0), 0.1);
+  EXPECT_LE(false_alarms(0.01, 100.0, 5000.0, 0.9), 0.01);
+  EXPECT_LE(false_alarms(0.01, 100.0, 5000.0, 0.99), 0.01);
   EXPECT_GT(false_alarms(1.0, 100.0, 3000.0), 0.01);  // it does look
 }
 

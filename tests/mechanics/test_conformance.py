@@ -48,7 +48,7 @@ def c_trace(root, folder):
 def in_browser(source, wasm) -> list:
     if CHROMIUM is None:
         pytest.skip(WITHOUT)
-    return [sys.executable, source / "in_browser.py", wasm]
+    return [sys.executable, source / "in_browser.py", "trace.mjs", wasm]
 
 
 @pytest.fixture(scope="module")

@@ -67,6 +67,20 @@ def test_the_pages_of_the_start_lead_from_a_file_to_a_loop(root, tmp_path):
     assert (tmp_path / "report.html").stat().st_size > 10_000
 
 
+EVENTS_AROUND = """
+static void stop(void) {}
+void loop(double force, double depth, double dt);
+void loop(double force, double depth, double dt) { nf_fault why; %s }
+"""
+
+
+def test_the_c_program_that_finds_events_compiles(root):
+    (shown,) = blocks(root / "docs" / "howto" / "online_events.md", "c")
+    header, body = shown.split("\n\n", 1)
+    command = ["gcc", "-std=c11", "-fsyntax-only", "-Wall", "-Werror", f"-I{root / 'bindings' / 'c'}", "-x", "c", "-"]
+    said(command, input=header + EVENTS_AROUND % body)
+
+
 @pytest.mark.parametrize(
     "language, around, compiler", [("cpp", CPP_AROUND, "g++ -std=c++20"), ("c", C_AROUND, "gcc -std=c11")]
 )

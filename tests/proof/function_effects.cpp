@@ -3,6 +3,7 @@
 // allocate, lock, throw or call what it cannot see. Functions of the mathematics library it knows by name.
 #include "../../bindings/c/needleforce.cpp"
 #include "../../bindings/c/needleforce_bend.cpp"
+#include "../../bindings/c/needleforce_events.cpp"
 #include "../../bindings/c/needleforce_guard.cpp"
 #include "../../bindings/c/needleforce_solid.cpp"
 #include "needleforce/base_guard.hpp"
@@ -134,7 +135,16 @@ double bend(Needle& needle) noexcept [[clang::nonblocking]] {
   const auto copy = watch.snapshot();
   const double probability = watch.step(0.0, 0.0, 1e-3).probability;
   if (watch.status() != needleforce::events::StreamStatus::ok) watch.reset();
-  return probability + copy.noise() + copy.needed_fall() + copy.resistance();
+  const auto saved = watch.save();
+  return watch.restore(saved) ? probability + copy.noise() + copy.needed_fall() + copy.resistance() : 0.0;
+}
+[[maybe_unused]] double c_events(nf_events* watch, nf_event* event, void* bytes, size_t size) noexcept
+    [[clang::nonblocking]] {
+  nf_events_step(watch, 0.0, 0.0, 1e-3, event);
+  if (nf_events_status(watch) == NF_STREAM_OK) nf_events_reset(watch);
+  nf_events_snapshot(watch, bytes, size);
+  nf_events_restore(watch, bytes, size);
+  return nf_events_noise(watch) + nf_events_needed_fall(watch);
 }
 
 // what the loop calls while another thread replaces the model

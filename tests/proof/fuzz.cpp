@@ -2,7 +2,9 @@
 // A fuzzer on parameters and motions. Whatever the bytes say: nothing that is not finite comes out, no force
 // beyond what the laws' numbers allow, a refused cycle says so, and the same input gives the same bits, also
 // from a snapshot on and through the C face. Planted bytes are refused, or lead to numbers that are finite.
+// The same bytes are then a stream for the event detector.
 #include "planted.hpp"
+#include "watch_trial.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace needleforce;
@@ -29,5 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                    cycle.dt);
     }
   }
+  proof::watch(
+      from_bytes::Bytes(data, std::min<std::size_t>(size, 128)));  // a stream is slower than a motion
   return 0;
 }

@@ -33,7 +33,7 @@ plain="-O1 -fno-sanitize=all"
 objects=$folder/objects
 mkdir -p $objects
 # the C face as one unit: each of its files includes the engine
-printf "#include \"$PWD/bindings/c/needleforce%s.cpp\"\n" "" _bend _solid > $objects/face.cpp
+printf "#include \"$PWD/bindings/c/needleforce%s.cpp\"\n" "" _bend _solid _events > $objects/face.cpp
 xargs -P 2 -L 1 bash -c '$compiler ${*:3} -fsanitize=fuzzer-no-link "-I$1/include" -c "$1/$0.cpp" -o "$2/$(basename "$0").o"' << END
 tests/proof/fuzz_bend . $objects
 $objects/face . $objects

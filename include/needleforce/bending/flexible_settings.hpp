@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "../fingerprint.hpp"
+#include "../model_fingerprint.hpp"
 #include "beam_load.hpp"
 #include "bending.hpp"
 

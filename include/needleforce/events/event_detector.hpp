@@ -6,11 +6,14 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
+#include "../state_bytes.hpp"
 #include "detection.hpp"
 #include "event_settings.hpp"
 #include "fall_windows.hpp"
 #include "needle_course.hpp"
+#include "place_trail.hpp"
 #include "running_noise.hpp"
 
 namespace needleforce::events {
@@ -23,7 +26,10 @@ namespace needleforce::events {
 class EventDetector {
  public:
   explicit EventDetector(const EventSettings& settings = {}) noexcept
-      : settings_(settings), course_(settings), windows_(settings.within) {}
+      : settings_(settings),
+        course_(settings),
+        trail_(1.2 * settings.force_delay),
+        windows_(settings.within) {}
 
   /// One sample: force [N], depth [m], time since the one before [s]. Wait-free, allocates nothing.
   Detection step(double force, double depth, double dt) noexcept {
@@ -32,6 +38,24 @@ class EventDetector {
   }
   void reset() noexcept { *this = EventDetector(settings_); }
   EventDetector snapshot() const noexcept { return *this; }
+
+  /// What it has seen, as bytes that may leave the process. Wait-free.
+  using Saved = StateBytes<EventDetector>;
+  Saved save() const noexcept { return state_bytes(*this, settings_fingerprint()); }
+  /// Takes it back; returns false and changes nothing for bytes of another version or other settings, altered
+  /// bytes, or a state that no detector can have. Wait-free.
+  bool restore(const Saved& bytes) noexcept {
+    if (restore_fault(bytes)) return false;
+    *this = bytes.state();
+    return true;
+  }
+  /// Why `restore` refuses it, as the part that is at fault, or nullptr. Wait-free.
+  const char* restore_fault(const Saved& bytes) const noexcept {
+    if (const char* foreign = foreign_part(bytes, settings_fingerprint())) return foreign;
+    StateCheck check;
+    bytes.state().look_at(check, EventDetector(settings_));
+    return check.fault();
+  }
 
   StreamStatus status() const noexcept { return status_; }
   const EventSettings& settings() const noexcept { return settings_; }
@@ -93,10 +117,11 @@ class EventDetector {
   void take(double force, double depth, double dt) noexcept {
     course_.add(time_, depth, dt);
     lost_ = std::max(0.0, lost_ - dt / (10.0 * settings_.within));
+    feel(depth);
     if (model_.known() && !falling_)
-      noise_.add(model_.innovation(force, depth, settings_.depth_noise), interval_);
-    model_.add(force, depth, std::exp(-dt / settings_.within));
-    windows_.add(force, time_, depth, interval_);
+      noise_.add(model_.innovation(force, felt_.depth, settings_.depth_noise), interval_);
+    model_.add(force, felt_.depth, std::exp(-dt / settings_.within));
+    windows_.add(force, felt_.time, felt_.depth, interval_);
     last_force_ = force;
     if (course_.turned())
       found(EventKind::reversal, course_.turning(), std::abs(depth - course_.turning().depth), 1.0);
@@ -104,15 +129,23 @@ class EventDetector {
     if (noise_.known()) look(force, depth);
   }
 
+  /// When and where the force acted that is read now.
+  void feel(double depth) noexcept {
+    felt_ = {time_, depth};
+    if (settings_.force_delay == 0.0) return;
+    trail_.add(felt_);
+    felt_ = trail_.at(time_ - settings_.force_delay, felt_);
+  }
+
   void look(double force, double depth) noexcept {
     if (where_ == Where::unknown) return begin(force);
-    if (where_ == Where::outside) return look_for_contact(force, depth);
+    if (where_ == Where::outside) return look_for_contact(force);
     if (windows_.available(0)) peak_ = std::max(peak_, windows_.calm_now(0) - zero_);
     if (falling_)
-      follow_fall(force, depth);
+      follow_fall(force);
     else if (course_.cuts(depth))
-      look_for_puncture(force, depth);
-    look_for_exit(force, depth);
+      look_for_puncture(force);
+    look_for_exit(force);
   }
 
   /// Outside the tissue if there is hardly a force, else the zero is unknown. A stream that begins inside
@@ -130,16 +163,16 @@ class EventDetector {
   }
   void enter(Where where) noexcept {
     where_ = where;
-    where_since_ = quiet_.time = time_;
-    calm_ = 0.0;
+    where_since_ = calm_ = time_;
+    quiet_ = calm_at_ = felt_;
     peak_ = lost_ = 0.0;
     falling_ = false;
   }
 
-  void look_for_contact(double force, double depth) noexcept {
+  void look_for_contact(double force) noexcept {
     const double sd = noise();
     free_noise_ = std::max(settings_.force_noise, std::min(sd, free_noise_ > 0.0 ? free_noise_ : sd));
-    if (force <= zero_ + 2.0 * sd) quiet_ = {time_, depth};
+    if (force <= zero_ + 2.0 * sd) quiet_ = felt_;
     if (force <= zero_ + 3.0 * sd) {
       const double gain = std::max(interval_ / RunningNoise::memory, 1.0 / (zero_count_ + 1.0));
       zero_ += gain * (force - zero_);
@@ -153,7 +186,7 @@ class EventDetector {
       const double backed = normal((rise - 0.5 * settings_.contact_force) / sd_of_fall(k));
       found(EventKind::contact, quiet_, rise, long_outside && !was_stuck_ ? backed : 0.5 * backed);
       contact_depth_ = quiet_.depth;
-      course_.begin({quiet_.time, quiet_.depth});
+      course_.begin(quiet_);
       zero_known_ = true;
       return enter(Where::inside);
     }
@@ -175,7 +208,7 @@ class EventDetector {
            course_.slowing() * std::max(last_force_ - zero_, 0.0);
   }
 
-  void look_for_puncture(double force, double depth) noexcept {
+  void look_for_puncture(double force) noexcept {
     const double least = needed(), unheeded = std::max(0.5 * least, 6.0 * noise());
     for (std::size_t k = 0; windows_.available(k); ++k) {
       const FallWindows::Top& top = windows_.top(k);
@@ -189,7 +222,7 @@ class EventDetector {
       fall_is_sure_ = most > 0.5;
       fell_at_ = time_;
       fell_from_ = top.level;
-      return restart(force, depth);
+      return restart(force);
     }
   }
   /// A force that comes back from having been stuck, or that leaves for zero or below, may be the sensor's
@@ -201,16 +234,16 @@ class EventDetector {
   void lose(double fall, double of) noexcept {
     if (of > 0.0) lost_ = std::max(lost_, std::clamp(fall / of, 0.0, 1.0));
   }
-  void restart(double force, double depth) noexcept {
+  void restart(double force) noexcept {
     low_ = force;
-    low_at_ = {time_, depth};
+    low_at_ = felt_;
     windows_.restart();
     model_.restart();
   }
 
   /// Where the fall ends, the needle slides on.
-  void follow_fall(double force, double depth) noexcept {
-    if (force < low_) restart(force, depth);
+  void follow_fall(double force) noexcept {
+    if (force < low_) restart(force);
     lose(fell_from_ - low_, fell_from_ - zero_);
     if (time_ - fell_at_ < settings_.within && force < low_ + threshold() * noise()) return;
     falling_ = false;
@@ -220,17 +253,17 @@ class EventDetector {
   }
 
   /// Back at the depth of the contact, and no force for `within`.
-  void look_for_exit(double force, double depth) noexcept {
+  void look_for_exit(double force) noexcept {
     const double nothing = std::max(settings_.contact_force, 3.0 * free_noise_);
-    const bool out = course_.outwards() && (!zero_known_ || depth <= contact_depth_);
+    const bool out = course_.outwards() && (!zero_known_ || felt_.depth <= contact_depth_);
     if (!out || std::abs(force - zero_) > nothing) {
       calm_ = time_;
-      calm_at_ = {time_, depth};
+      calm_at_ = felt_;
     }
     if (time_ - calm_ < settings_.within) return;
     found(EventKind::exit, calm_at_, 0.0, zero_known_ ? 1.0 : 0.5);
     zero_count_ = 10.0;
-    course_.begin({time_, depth});
+    course_.begin(felt_);
     enter(Where::outside);
   }
 
@@ -266,12 +299,13 @@ class EventDetector {
   void begin_anew(double depth) noexcept {
     forget_the_moment();
     course_ = NeedleCourse(settings_);
+    trail_.restart();
     course_.begin({time_, depth});
     enter(Where::unknown);
     zero_ = zero_count_ = 0.0;
   }
 
-  void found(EventKind kind, NeedleCourse::Place at, double size, double probability) noexcept {
+  void found(EventKind kind, Place at, double size, double probability) noexcept {
     if (waiting_ == queue_.size()) return;
     queue_[waiting_++] = {kind, at.time, at.depth, size, probability, 0.0};
   }
@@ -285,8 +319,42 @@ class EventDetector {
     return first;
   }
 
+  std::uint64_t settings_fingerprint() const noexcept {
+    Fingerprint print;
+    for (const auto& parameter : EventSettings::table) print.add(settings_.*parameter.member);
+    return print.value();
+  }
+  /// Looks at a detector from outside, next to one of the same settings.
+  void look_at(StateCheck& check, const EventDetector& fresh) const noexcept {
+    check.require("settings", settings_fingerprint() == fresh.settings_fingerprint());
+    course_.check(check, fresh.course_, time_);
+    trail_.check(check, fresh.trail_, time_);
+    windows_.check(check, fresh.windows_);
+    model_.check(check);
+    noise_.check(check);
+    check.require("events", waiting_ <= queue_.size());
+    for (const Detection& each : queue_) {
+      check.word("events", each.kind, EventKind::exit);
+      check.number("events", each.probability, 0.0, 1.0);
+      check.numbers("events", std::array{each.time, each.depth, each.size, each.delay});
+    }
+    check.word("status", status_, StreamStatus::unknown_zero);
+    check.word("where", where_, Where::inside);
+    for (const bool* flag : {&started_, &falling_, &was_stuck_, &zero_known_, &fall_is_sure_})
+      check.flag("flags", *flag);
+    check.number("parts", parts_, 0.0, largest_in_a_state);
+    check.number("zero", zero_count_, 0.0, largest_in_a_state);
+    check.number("resistance", lost_, 0.0, 1.0);
+    check.numbers("numbers",
+                  std::array{time_, since_, interval_, sum_, last_force_, last_depth_, last_reading_, zero_,
+                             free_noise_, peak_, where_since_, contact_depth_, calm_, fell_at_, fell_from_,
+                             low_, fresh_at_, repeats_, stuck_until_});
+    check.numbers("places", std::array{felt_, quiet_, low_at_, calm_at_});
+  }
+
   EventSettings settings_;
   NeedleCourse course_;
+  PlaceTrail trail_;
   LocalForce model_{};
   RunningNoise noise_{};
   FallWindows windows_;
@@ -301,7 +369,7 @@ class EventDetector {
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
   double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, low_ = 0.0;
   double fresh_at_ = 0.0, repeats_ = 0.0, stuck_until_ = -longest, lost_ = 0.0;
-  NeedleCourse::Place quiet_{}, low_at_{}, calm_at_{};
+  Place felt_{}, quiet_{}, low_at_{}, calm_at_{};
 };
 
 }  // namespace needleforce::events

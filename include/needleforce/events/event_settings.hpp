@@ -18,10 +18,11 @@ struct EventSettings {
   double force_noise = 0.0;
   double depth_noise = 5e-6;
   double rest_speed = 1e-4;
+  double force_delay = 0.0;
 
   static constexpr const char* name = "events";
   static constexpr const char* summary = "What counts as an event while a needle moves.";
-  static constexpr std::array<Parameter<EventSettings>, 8> table{{
+  static constexpr std::array<Parameter<EventSettings>, 9> table{{
       {&EventSettings::fall, "fall", "N", 0.0, 1e6, 0.15, "d",
        "the smallest fall of the force that is a puncture", "free"},
       {&EventSettings::share, "share", "1", 0.0, 1.0, 0.1, "s", "the same as a share of the running peak",
@@ -37,6 +38,8 @@ struct EventSettings {
        "standard deviation of the depth", "free"},
       {&EventSettings::rest_speed, "rest_speed", "m/s", 1e-9, 1.0, 1e-4, "v_0",
        "speed below which the needle stands", "free"},
+      {&EventSettings::force_delay, "force_delay", "s", 0.0, 1.0, 0.0, "t_F",
+       "by which a force is read later than the depth where it acted", "free"},
   }};
 };
 

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <limits>
+
+#include "../state_check.hpp"
 
 namespace needleforce::events {
 
@@ -39,7 +42,7 @@ class FallWindows {
   void add(double force, double time, double depth, double interval) noexcept {
     if (count_ == most) rebase();
     interval_ = interval;
-    places_[count_ % kept] = {force, time, depth};
+    readings_[count_ % kept] = {force, time, depth};
     sums_[(count_ + 1) % kept] = sums_[count_ % kept] + force;
     if (count_ > 0) calm_sums_[count_ % kept] = calm_sums_[(count_ - 1) % kept] + calm();
     ++count_;
@@ -65,9 +68,28 @@ class FallWindows {
     return closed.level > open.level ? closed : open;
   }
 
+  /// Looks at windows from outside, next to some of the same settings. Wait-free.
+  void check(StateCheck& check, const FallWindows& fresh) const noexcept {
+    check.require("windows.settings", within_ == fresh.within_);
+    check.require("windows.count", count_ <= most && slot_ < slots);
+    for (const std::size_t slot : highest_) check.require("windows.count", slot < slots);
+    check.number("windows.time", interval_, 0.0, 1e9);
+    check.number("windows.time", slot_age_, 0.0, 2e9);
+    check.numbers("windows.sums", std::array{sums_, calm_sums_});
+    check.numbers("windows.readings", readings_);
+    for (const auto& length : tops_)
+      for (const Top& top : length) {
+        check.require("windows.tops", top.level == Top{}.level || std::abs(top.level) <= largest_in_a_state);
+        check.numbers("windows.tops", std::array{top.time, top.depth});
+      }
+  }
+
  private:
   static constexpr std::size_t kept = 128, most = 1024;
   using Sums = std::array<double, kept>;
+  struct Reading {
+    double force = 0.0, time = 0.0, depth = 0.0;
+  };
 
   double mean(const Sums& sums, std::size_t end, std::size_t k) const noexcept {
     constexpr std::array<double, lengths> shares{1.0, 1.0 / 2, 1.0 / 4, 1.0 / 8, 1.0 / 16, 1.0 / 32};
@@ -75,15 +97,15 @@ class FallWindows {
   }
   /// The reading before the newest, or the median of it and its neighbours.
   double calm() const noexcept {
-    const double newest = places_[count_ % kept].level, middle = places_[(count_ - 1) % kept].level;
+    const double newest = readings_[count_ % kept].force, middle = readings_[(count_ - 1) % kept].force;
     if (count_ < 2) return std::min(newest, middle);
-    const double oldest = places_[(count_ - 2) % kept].level;
+    const double oldest = readings_[(count_ - 2) % kept].force;
     return std::max(std::min(newest, middle), std::min(std::max(newest, middle), oldest));
   }
   void take_earlier(std::size_t k) noexcept {
     const std::size_t n = readings(k);
     const double level = mean(calm_sums_, count_ - n, k);
-    const Top& place = places_[(count_ - 1 - n) % kept];
+    const Reading& place = readings_[(count_ - 1 - n) % kept];
     if (level > tops_[k][slot_].level) tops_[k][slot_] = {level, place.time, place.depth};
   }
   /// The oldest slot is emptied. Its window is searched again only where it had the highest mean.
@@ -110,12 +132,12 @@ class FallWindows {
     const double base = sums_[count_ % kept], calm_base = calm_sums_[(count_ - 1) % kept];
     for (double& sum : sums_) sum -= base;
     for (double& sum : calm_sums_) sum -= calm_base;
-    count_ -= most - kept;  // a multiple of kept: places stay
+    count_ -= most - kept;  // a multiple of kept: readings stay
   }
 
   double within_, interval_ = 0.0;
   Sums sums_{}, calm_sums_{};
-  std::array<Top, kept> places_{};
+  std::array<Reading, kept> readings_{};
   std::array<std::array<Top, slots>, lengths> tops_{};
   std::array<std::size_t, lengths> highest_{};  // slot with the highest mean
   std::size_t count_ = 0, slot_ = 0;

@@ -7,31 +7,33 @@
 #include <cmath>
 #include <cstddef>
 
+#include "../state_check.hpp"
 #include "event_settings.hpp"
+#include "place_trail.hpp"
 
 namespace needleforce::events {
 
 class NeedleCourse {
  public:
-  struct Place {
-    double time = 0.0, depth = 0.0;
-  };
+  using Place = events::Place;
 
   explicit NeedleCourse(const EventSettings& settings) noexcept
-      : turn_(4.0 * settings.depth_noise), rest_speed_(settings.rest_speed), within_(settings.within) {}
+      : turn_(4.0 * settings.depth_noise),
+        rest_speed_(settings.rest_speed),
+        within_(settings.within),
+        trail_(settings.within) {}
 
   /// `turned` and `stopped` are about this reading alone. Wait-free.
   void add(double time, double depth, double dt) noexcept {
     turned_ = stopped_ = false;
-    if (count_ == 0) turning_ = deepest_ = {time, depth};
+    if (trail_.empty()) turning_ = deepest_ = {time, depth};
     follow_direction(time, depth);
     if (depth > deepest_.depth) deepest_ = {time, depth};
-    if (count_ == 0 || time - newest().time >= 0.95 * within_ / static_cast<double>(places_.size() - 1))
-      remember(time, depth);
-    const double elapsed = time - oldest().time;
+    trail_.add({time, depth});
+    const double elapsed = time - trail_.oldest().time;
     if (elapsed < 0.9 * within_) return;
-    speed_ = (depth - oldest().depth) / elapsed;
-    const Place& lately = places_[(count_ - 4) % places_.size()];
+    speed_ = (depth - trail_.oldest().depth) / elapsed;
+    const Place& lately = trail_.before(3);
     recent_ = (depth - lately.depth) / (time - lately.time);
     follow_rest();
     if (!resting_) usual_ += std::min(1.0, dt / (3.0 * within_)) * (speed_ - usual_);
@@ -39,7 +41,7 @@ class NeedleCourse {
 
   /// After a gap: no speed is known across it.
   void forget_speed() noexcept {
-    count_ = std::min<std::size_t>(count_, 1);
+    trail_.forget();
     resting_ = true;
     usual_ = speed_ = recent_ = 0.0;
   }
@@ -53,7 +55,7 @@ class NeedleCourse {
   bool outwards() const noexcept { return direction_ < 0; }
   bool resting() const noexcept { return resting_; }
   /// Where it stood when it had already stopped.
-  const Place& since() const noexcept { return oldest(); }
+  const Place& since() const noexcept { return trail_.oldest(); }
   /// Whether it goes deeper than ever, as far as the depth is known.
   bool cuts(double depth) const noexcept { return inwards() && !resting_ && depth > deepest_.depth - turn_; }
   /// Share of its speed that it has lost, beyond a fifth, which readings of a steady motion may.
@@ -64,15 +66,18 @@ class NeedleCourse {
   /// Whether the newest readings of the depth continue those before: not where it stops, or is read seldom.
   bool steady() const noexcept { return recent_ > 0.7 * usual_; }
 
+  /// Looks at a course from outside until `time`, next to one of the same settings. Wait-free.
+  void check(StateCheck& check, const NeedleCourse& fresh, double time) const noexcept {
+    const bool same = turn_ == fresh.turn_ && rest_speed_ == fresh.rest_speed_ && within_ == fresh.within_;
+    check.require("course.settings", same);
+    check.require("course.direction", direction_ >= -1 && direction_ <= 1);
+    for (const bool* flag : {&turned_, &stopped_, &resting_}) check.flag("course.flags", *flag);
+    check.numbers("course.places", std::array{turning_, turning_before_, deepest_});
+    check.numbers("course.speeds", std::array{speed_, recent_, usual_});
+    trail_.check(check, fresh.trail_, time);
+  }
+
  private:
-  const Place& newest() const noexcept { return places_[(count_ - 1) % places_.size()]; }
-  const Place& oldest() const noexcept {
-    return places_[count_ < places_.size() ? 0 : count_ % places_.size()];
-  }
-  void remember(double time, double depth) noexcept {
-    places_[count_ % places_.size()] = {time, depth};
-    if (++count_ == 2 * places_.size()) count_ = places_.size();
-  }
   void follow_direction(double time, double depth) noexcept {
     if (direction_ == 0 && std::abs(depth - turning_.depth) > turn_) {
       direction_ = depth > turning_.depth ? 1 : -1;
@@ -97,8 +102,7 @@ class NeedleCourse {
   }
 
   double turn_, rest_speed_, within_;
-  std::array<Place, 11> places_{};
-  std::size_t count_ = 0;
+  PlaceTrail trail_;
   Place turning_{}, turning_before_{}, deepest_{};
   double speed_ = 0.0, recent_ = 0.0, usual_ = 0.0;
   int direction_ = 0;

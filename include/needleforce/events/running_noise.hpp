@@ -4,7 +4,10 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+
+#include "../state_check.hpp"
 
 namespace needleforce::events {
 
@@ -40,6 +43,13 @@ class LocalForce {
     force_ += share * off;
     depth_variance_ = (1.0 - share) * (depth_variance_ + share * away * away);
     covariance_ = (1.0 - share) * (covariance_ + share * away * off);
+  }
+
+  /// Looks at a model from outside. Wait-free.
+  void check(StateCheck& check) const noexcept {
+    check.require("model", weight_ == 0.0 || (weight_ >= 1.0 && weight_ <= 1e15));
+    check.number("model", depth_variance_, 0.0, 1e9);
+    check.numbers("model", std::array{depth_, force_, covariance_}, 1e12);
   }
 
  private:
@@ -78,18 +88,38 @@ class RunningNoise {
   }
   /// Standard deviation of a mean of n readings over that of one, for a correlation that decays.
   double of_mean(double n) const noexcept {
-    const double r = std::clamp(std::sin(1.5707963267948966 * agreement_), 0.0, 0.99);
+    const double r = correlation();
     return std::sqrt(std::min(1.0, (1.0 + r) / (1.0 - r) / n));
   }
   /// Standard deviations that noise exceeds `rate` times a second in all windows together, at most. Wider
   /// where little was seen (Student's t): a median has 0.37 of the weight of a mean square.
   double threshold(double rate, double dt, double within) const noexcept {
     const double z = upper_quantile(rate * dt * dt / (2.0 * within));
-    return z * (1.0 + (z * z + 1.0) / (4.0 * 0.37 * std::min(count_, memory / dt)));
+    return z * (1.0 + (z * z + 1.0) / (4.0 * std::min(count_, memory / dt) * worth()));
+  }
+
+  /// Looks at a noise from outside. Wait-free.
+  void check(StateCheck& check) const noexcept {
+    check.number("noise", median_, 0.0, 1e9);
+    check.number("noise", agreement_, -1.0, 1.0);
+    check.number("noise", count_, 0.0, 1e6);
+    check.require("noise", quantum_ > 0.0 && quantum_ <= 1e9);
+    check.numbers("noise", last_);
   }
 
  private:
   static constexpr double few = 10.0;
+  /// What a reading adds to what is known of the scale, over an independent one in a mean square. A median
+  /// has 0.37 of that weight: of what it counts, 0.37 correlates as the square of the innovations, the rest
+  /// as their sixth power or less (the even Hermite terms of |x| > median).
+  double worth() const noexcept {
+    const double r2 = correlation() * correlation(), r6 = r2 * r2 * r2;
+    return 0.37 / (0.37 * (1.0 + r2) / (1.0 - r2) + 0.63 * (1.0 + r6) / (1.0 - r6));
+  }
+  /// Of an innovation with the one before, from how often their signs agree (the arcsine law).
+  double correlation() const noexcept {
+    return std::clamp(std::sin(1.5707963267948966 * agreement_), 0.0, 0.99);
+  }
   double median_ = 0.0, agreement_ = 0.0, last_ = 0.0, count_ = 0.0, quantum_ = 1e9;
 };
 

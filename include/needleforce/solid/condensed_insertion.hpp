@@ -10,8 +10,8 @@
 #include <span>
 
 #include "../bevel.hpp"
-#include "../fingerprint.hpp"
 #include "../limits.hpp"
+#include "../model_fingerprint.hpp"
 #include "../sample.hpp"
 #include "../state_bytes.hpp"
 #include "condensed_state.hpp"

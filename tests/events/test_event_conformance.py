@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The same streams in C++, C, Python and WebAssembly, in Node and in a browser, have the same events."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from browser import CHROMIUM, WITHOUT
+
+FACES = ("c++", "c", "python", "wasm", "browser")
+NUMBERS = 7  # time, depth, size, probability, delay, noise, needed fall; then kind and status
+# C, C++ and Python have the same mathematics library. That of WebAssembly differs in last bits, which may turn the sign
+# of one innovation out of thousands, and with it the correlation: that is part of a probability, not of time or depth
+CLOSE = 1e-5
+
+
+def insertion(rate: float, change=None) -> list[str]:
+    """Through two layers at 2 mm/s, a hold, out again, with noise of 5 mN; `change(rows)` is what a sensor does."""
+    time = np.arange(int(16.0 * rate)) / rate
+    depth = np.interp(time, [0.0, 6.0, 7.5, 16.0], [0.0, 12e-3, 12e-3, -2e-3])
+    past = np.maximum(depth - 2e-3, 0.0)
+    inwards = np.where(past < 4e-3, 300.0 * past, 0.5 + 150.0 * (past % 5e-3))
+    force = np.where(time < 7.5, inwards, -0.4 * (depth > 2e-3)) + np.random.default_rng(1).normal(0.0, 5e-3, time.size)
+    rows = np.column_stack([force, depth, np.full(time.size, 1.0 / rate)])
+    if change:
+        change(rows)
+    return [f"{force!r} {depth!r} {dt!r}" for force, depth, dt in rows.tolist()]
+
+
+def faults(rows):
+    rows[100, 0], rows[250, 0], rows[260, 1] = np.nan, np.inf, -np.inf
+    rows[150, 2], rows[151, 2], rows[152, 2] = 0.0, -1.0, np.nan
+    rows[450, 2], rows[470, 2] = 0.4, 10.0
+
+
+def zeroed(rows):
+    rows[300:, 0] -= rows[300, 0]
+
+
+def stuck(rows):
+    rows[200:260, 0] = rows[200, 0]
+
+
+def in_tissue(rows):
+    rows[:, 0] += 2.0
+
+
+def other_needle(rows):
+    rows[350:, 1] += 0.1
+
+
+def streams() -> dict:
+    slow = insertion(100.0)
+    kept = [*slow[:290], "keep", *slow[290:500], "restore", *slow[290:700], "reset", *slow[:400]]
+    changes = {each.__name__: insertion(100.0, each) for each in (faults, zeroed, stuck, in_tissue, other_needle)}
+    return {"slow": slow, "fast": insertion(1000.0), "kept": kept, **changes}
+
+
+def compiled(root, folder, face: str):
+    where, source = f"-I{root / 'include'}", root / "tests" / "conformance"
+    if face == "c++":
+        subprocess.run(["g++", "-std=c++20", "-O1", where, source / "watch.cpp", "-o", folder / "cpp"], check=True)
+        return [folder / "cpp"]
+    as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", where, "-c"]
+    library = root / "bindings" / "c" / "needleforce_events.cpp"
+    subprocess.run(["g++", *as_c_needs_it, library, "-o", folder / "events.o"], check=True)
+    strict = ["gcc", "-std=c11", "-Wall", "-Werror"]
+    subprocess.run([*strict, source / "watch.c", folder / "events.o", "-lm", "-o", folder / "c"], check=True)
+    return [folder / "c"]
+
+
+@pytest.fixture(scope="module")
+def found(root, tmp_path_factory, request):
+    """By stream, the rows of a face: numbers (n, 7), and words."""
+    folder, outputs, source = tmp_path_factory.mktemp("streams"), {}, root / "tests" / "conformance"
+    paths = [folder / f"{name}.txt" for name in streams()]
+    for path, lines in zip(paths, streams().values(), strict=True):
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+    def command(face: str) -> list:
+        if face in ("c++", "c"):
+            return compiled(root, folder, face)
+        if face == "python":
+            return [sys.executable, source / "watch.py"]
+        wasm = request.getfixturevalue("wasm")
+        if face == "wasm":
+            return ["node", source / "watch.mjs", wasm / "needleforce.mjs"]
+        if CHROMIUM is None:
+            pytest.skip(WITHOUT)
+        return [sys.executable, source / "in_browser.py", "watch.mjs", wasm]
+
+    def of(face: str) -> dict:
+        if face not in outputs:
+            text = subprocess.run([*command(face), *paths], capture_output=True, text=True, check=True).stdout
+            outputs[face] = dict(zip(streams(), map(rows_of, text.split("case ")[1:]), strict=True))
+        return outputs[face]
+
+    return of
+
+
+def rows_of(text: str):
+    rows = [line.split() for line in text.splitlines()[1:]]
+    samples = [row for row in rows if len(row) > NUMBERS]
+    numbers = np.array([row[:NUMBERS] for row in samples], float)
+    return numbers, [row[NUMBERS:] for row in samples], [row for row in rows if len(row) == 1]
+
+
+@pytest.mark.parametrize("face", FACES[1:])
+def test_every_face_finds_the_same_events(found, face):
+    for stream, (numbers, *words) in found("c++").items():
+        others, *other_words = found(face)[stream]
+        assert words == other_words, f"{face}, {stream}: kinds or status differ"
+        same = [0, 1, 2, 4] if face in ("wasm", "browser") else range(NUMBERS)
+        assert np.array_equal(others[:, same], numbers[:, same]), f"{face}, {stream}"
+        assert np.allclose(others, numbers, rtol=CLOSE, atol=0.0), f"{face}, {stream}"
+
+
+def test_the_streams_have_every_kind_and_status(found):
+    rows = [row for _, words, _ in found("c++").values() for row in words]
+    assert {kind for kind, _ in rows} == {"none", "contact", "puncture", "sliding", "stop", "reversal", "exit"}
+    every = {"ok", "learning", "not_finite", "bad_time", "gap", "stuck", "unknown_zero"}
+    assert {status for _, status in rows} == every
+    assert found("c++")["kept"][2] == [["taken"]]
+
+
+def test_events_after_a_restored_state_are_those_before_it(found):
+    numbers, words, _ = found("c++")["kept"]
+    assert np.array_equal(numbers[290:500], numbers[500:710])
+    assert words[290:500] == words[500:710]
