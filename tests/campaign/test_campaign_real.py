@@ -94,17 +94,14 @@ def test_what_could_not_be_read_is_in_the_table(real):
     assert len(unreadable) == 1 and "the needle must move" in unreadable.iloc[0].why
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "kind, spoil",
     [
         ("sign", lambda force: -force),
-        pytest.param("force_unit", lambda force: force / 4.4482216152605, marks=pytest.mark.long),
-        pytest.param("saturated", lambda force: np.minimum(force, 0.75 * force.max()), marks=pytest.mark.long),
-        pytest.param(
-            "drift",
-            lambda force: force + np.linspace(0.0, 0.1 * force.max(), len(force)),
-            marks=pytest.mark.long,
-        ),
+        ("force_unit", lambda force: force / 4.4482216152605),
+        ("saturated", lambda force: np.minimum(force, 0.75 * force.max())),
+        ("drift", lambda force: force + np.linspace(0.0, 0.1 * force.max(), len(force))),
     ],
 )
 def test_a_fault_added_to_a_real_recording_is_named(recordings, tmp_path, kind, spoil):

@@ -142,6 +142,7 @@ def test_a_header_that_is_not_on_the_list_is_refused_with_its_name(root, tmp_pat
     assert unlisted_headers(tree) == [f"{ALL}: {name}.hpp is not included" for name in sorted(LAWS)]
 
 
+@pytest.mark.long
 def test_a_new_law_earns_the_contract_tests(tree):
     together = tree / "tests" / "cpp" / "contracts.cpp"  # the compiler reads the engine once
     together.write_text("".join(f'#include "{name}.cpp"\n' for name in CONTRACTS), encoding="utf-8")

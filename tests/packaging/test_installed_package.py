@@ -41,6 +41,7 @@ def test_pkg_config_gives_the_flags(prefix, outside):
     said(["g++", "-std=c++20", "-fsyntax-only", *flags, "main.cpp"], cwd=outside / "cpp")
 
 
+@pytest.mark.long
 def test_a_subdirectory_gives_the_same_targets_and_installs_nothing(root, outside, tmp_path):
     """With the C library as a shared one, and neither tests nor Python."""
     lists = outside / "c" / "CMakeLists.txt"

@@ -68,15 +68,16 @@ def test_obstacles_are_passed_at_their_clearance():
     assert min(ball.distance(found.path).min(), wall.distance(found.path).min()) >= 1e-3
 
 
-def test_an_obstacle_is_kept_before_the_target_is_met():
+def test_an_obstacle_is_kept_before_the_target_is_met(many):
     # behind the wall the target is 3.5 mm aside, 5 mm deeper: no needle bends so much
     wall = Box((0.5e-3, -0.03, 0.06), (0.03, 0.03, 0.085))
     found = plan(needle(), (4e-3, 0.0, 0.09), obstacles=[wall])
     assert found.clearance >= 0.0 and wall.distance(found.path).min() >= 0.0
     assert [fault.split(" by ")[0] for fault in found.faults] == ["the target is out of reach"]
     # the more room the wall takes, the larger the distance from the target
-    farther = plan(needle(), (4e-3, 0.0, 0.09), obstacles=[wall], clearance=0.5e-3)
-    assert farther.clearance >= 0.5e-3 and 0.4e-3 < farther.miss - found.miss < 0.8e-3
+    for room in [0.5e-3][: many(0, 1)]:
+        farther = plan(needle(), (4e-3, 0.0, 0.09), obstacles=[wall], clearance=room)
+        assert farther.clearance >= room and 0.8 * room < farther.miss - found.miss < 1.6 * room
 
 
 def test_signed_distances_of_functions_count_as_obstacles():

@@ -73,10 +73,10 @@ def test_prediction_needs_the_entry_alone():
         fit.predict(held, by="spline")
 
 
-def test_held_out_tips_are_within_the_stated_uncertainty():
+def test_held_out_tips_are_within_the_stated_uncertainty(many):
     rng = np.random.default_rng(8)
     inside, errors = [], []
-    for _ in range(3):
+    for _ in range(many(2, 3)):
         paths = [generated(str(i), base, rng) for i, base in enumerate([*motions(rng), *motions(rng)[3:]])]
         fit = identify(paths[:4], NEEDLE, model="linear")
         assert set(fit.left_out) == {"0", "1", "2", "3"} and max(fit.left_out.values()) < 1.5e-3

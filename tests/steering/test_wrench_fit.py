@@ -42,9 +42,9 @@ def insertions(seed, n=20):
     return [generated(base, rng) for base in [np.zeros((n, 2)), np.zeros((n, 2)), *steered]]
 
 
-def test_intervals_hold_the_truth_and_the_tip_follows_without_a_tracker():
+def test_intervals_hold_the_truth_and_the_tip_follows_without_a_tracker(many):
     inside, astray = [], []
-    for seed in range(4):
+    for seed in range(many(2, 4)):
         made = insertions(seed)
         fit = identify([each for each, _ in made[:5]], NEEDLE)
         found = {each.name: each for each in fit.parameters}
@@ -55,7 +55,7 @@ def test_intervals_hold_the_truth_and_the_tip_follows_without_a_tracker():
         path = TipPath("held", held.base, tip, None)
         simulated = fit.model.simulated(path).tip
         astray.append(np.linalg.norm(simulated - simulated[0] - tip[:, :2] + tip[0, :2], axis=1).max())
-    assert np.mean(inside) >= 0.85  # of 28; 0.95 of 84 in a longer run
+    assert np.mean(inside) >= 0.85  # of 14 or 28; 0.95 of 84 in a longer run
     assert found["modulus"].identifiable and found["tip_force_x"].identifiable
     assert np.median(astray) < 0.2e-3  # of deflections up to 5 mm
 

@@ -29,7 +29,7 @@ def variance_shares():
     return np.array([friction, cutting]) / (friction + cutting)
 
 
-@pytest.mark.parametrize("analysis", ["sobol", "delta"])
+@pytest.mark.parametrize("analysis", ["sobol", pytest.param("delta", marks=pytest.mark.long)])
 def test_the_shares_of_a_sum_are_those_of_the_variances(analysis):
     method = {"method": "sensitivity", "samples": 512 if analysis == "sobol" else 1000, "analysis": analysis}
     found = nf.study(asked(method), jobs=1).sensitivities["force_at_depth_15_mm", "motion 1"]
