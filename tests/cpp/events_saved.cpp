@@ -16,13 +16,13 @@ namespace {
 
 using namespace needleforce::events;
 
-struct Reading {
+struct TimedReading {
   double force, depth, dt;
 };
 
 /// In, through two layers, a hold, out again; a reading that is none, and a gap.
-std::vector<Reading> stream() {
-  std::vector<Reading> readings;
+std::vector<TimedReading> stream() {
+  std::vector<TimedReading> readings;
   double depth = 0.0, noise = 0.0;
   for (int i = 0; i < 2400; ++i) {
     depth += i < 1200 ? 1e-5 : i < 1500 ? 0.0 : -1.3e-5;
@@ -85,7 +85,7 @@ TEST(EventsInC, SnapshotIsTakenBackAndOneOfOtherSettingsIsNot) {
   nf_events *events = one.made(), *strict = other.made({{"fall", 0.3}});
   std::vector<unsigned char> bytes(nf_events_snapshot_size());
   nf_event event;
-  const std::vector<Reading> readings = stream();
+  const std::vector<TimedReading> readings = stream();
   for (std::size_t i = 0; i < 1000; ++i)
     nf_events_step(events, readings[i].force, readings[i].depth, readings[i].dt, &event);
   const double noise = nf_events_noise(events);
@@ -123,7 +123,7 @@ void expect_finite(EventDetector& watch, std::size_t i, std::uint64_t word) {
 }
 
 TEST(EventsSaved, PlantedBytesAreRefusedOrGiveFiniteNumbers) {
-  const std::vector<Reading> readings = stream();
+  const std::vector<TimedReading> readings = stream();
   for (const std::size_t until : {150u, 1000u, 1800u}) {
     EventDetector watch;
     for (std::size_t i = 0; i < until; ++i) watch.step(readings[i].force, readings[i].depth, readings[i].dt);

@@ -14,18 +14,16 @@ import typer
 
 from ..errors import InputError
 from ..recording.options import ReadOptions
-from .files import read_all, readable
+from .files import PRESET_HELP, read_all, readable
 from .flags import takes_flags
 from .output import ReportFlags, check_outputs, progress, say, show, table, write_json
 from .record import STOP_AT_HELP, EventFlags, SourceFlags, moves_of, opened_rig, say_limits
-from .watch_view import EVENT_COLUMNS, JsonLines, View, event_cells, json_lines, view_of
+from .watch_view import EVENT_COLUMNS, JsonLines, View, event_cells, json_lines, learnt, view_of
 
 if TYPE_CHECKING:
     from ..acquisition.settings import Written
     from ..core import EventSettings
     from ..events.rows import Row
-
-    pass
 
 LINES, RIG = "-", "rig"
 STALLED_S = 1.0  # without a row, after which a stream counts as stalled
@@ -34,6 +32,7 @@ SPEED_HELP = "Seconds of a recording in one second, or max."
 DEPTH_HELP = "Of a rig: move the axis to this depth, at --speed-mm-s; without, whoever moves the needle is watched."
 OUTPUT_HELP = "Of a rig: MCAP file to record to; without, nothing is kept."
 CHOOSE_HELP = "Instead of a replay: the settings that fit the recordings, with misses, false alarms and delays."
+PRIOR_HELP = "What is expected of the tissue; default: nothing."
 JSON_HELP = "Write a JSON line an event and one a second to this file; - for standard output."
 
 
@@ -42,6 +41,7 @@ class WatchFlags(msgspec.Struct, frozen=True, kw_only=True):
 
     pace: Annotated[str, typer.Option("--speed", help=SPEED_HELP)] = "1"
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
+    prior: Annotated[str | None, typer.Option(help=f"{PRESET_HELP} {PRIOR_HELP}")] = None
     plain: Annotated[bool, typer.Option("--plain", help="Print one line per second instead of a panel.")] = False
     events: EventFlags
     rig: SourceFlags
@@ -76,11 +76,11 @@ def run(
     with ExitStack() as opened:
         shown = opened.enter_context(view_of(given.plain)), opened.enter_context(json_lines(given.json))
         if sources == [RIG]:
-            done.append(Watched(RIG, settings, *shown))
+            done.append(Watched(RIG, settings, given.prior, *shown))
             code = _watch_rig(given, reading, done[-1])
         with suppress(KeyboardInterrupt):
             for name, rows in () if sources == [RIG] else _streams(files, reading, speed):
-                done.append(Watched(name, settings, *shown))
+                done.append(Watched(name, settings, given.prior, *shown))
                 done[-1].follow(rows)
     for each in done:
         each.show_events(quiet=given.json == "-")
@@ -104,9 +104,7 @@ def _choose(files: list[Path], given: WatchFlags, reading: ReadOptions) -> None:
     write_json(chosen.to_json(), given.json)
     given.page.write(chosen.report)
     if given.json != "-":
-        table(chosen.heading(), *chosen.cells())
-        for title, sentences in chosen._remarks():
-            show(f"{title}: {' '.join(sentences)}")
+        show(str(chosen))
 
 
 def _check_rig(wanted: bool, given: WatchFlags, reading: ReadOptions) -> None:
@@ -197,10 +195,11 @@ def _speed(text: str) -> float:
 class Watched:
     """One stream, shown while it comes."""
 
-    def __init__(self, name: str, settings: "EventSettings", view: View, out: JsonLines):
-        from ..events.watch import Watch
+    def __init__(self, name: str, settings: "EventSettings", prior: str | None, view: View, out: JsonLines):
+        import needleforce as nf
 
-        self.name, self.watch = name, Watch(settings)
+        online = nf.OnlineIdentifier(prior=nf.preset(prior) if prior else None)
+        self.name, self.watch = name, nf.events.Watch(settings, online)
         self._view, self._out = view, out
         self._second, self._came, self._stalled = 0, time.monotonic(), 0
         view.begin(Path(name).name, self.watch)
@@ -244,6 +243,10 @@ class Watched:
         self._stalled = waited
 
     def show_events(self, quiet: bool) -> None:
-        """The events in a table."""
-        if not quiet:
-            table(f"events of {Path(self.name).name}", EVENT_COLUMNS, [event_cells(each) for each in self.watch.events])
+        """The events in a table, and what was learnt of the tissue."""
+        if quiet:
+            return
+        name = Path(self.name).name
+        table(f"events of {name}", EVENT_COLUMNS, [event_cells(each) for each in self.watch.events])
+        if found := learnt(self.watch.now()):
+            table(f"tissue of {name}", ["parameter", "value, 95 % interval"], found)

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator
 from typing import IO, TYPE_CHECKING, Any
 
+from ..display.quantities import percent, quantity
 from ..errors import printable
 from ..files import json_safe
 from .output import anonymous, say
@@ -104,6 +105,8 @@ class _Panel(View):
         for name, value in facts(now):
             text.append(f"{name:>8}  ").append(value, style="bold")
             text.append(f"  {_bar(now['force_N'], force)}\n" if name == "force" else "\n")
+        for name, value in learnt(now):
+            text.append(f"{name:>24}  ").append(f"{value}\n", style="bold")
         for event in self._events[-_SHOWN_EVENTS:]:
             style = "bold red" if event.kind == "puncture" and event.probability > 0.5 else ""
             cells = "  ".join(f"{each:>10}" for each in event_cells(event)[1:])
@@ -131,7 +134,24 @@ def facts(now: dict[str, Any]) -> list[tuple[str, str]]:
         ("noise", f"{1e3 * now['noise_N']:.3g} mN"),
         ("needed", f"a fall of {now['needed_fall_N']:.3g} N is a puncture"),
     ]
-    return found
+    return found + ([] if (ahead := now.get("ahead")) is None else [("ahead", _expected(ahead))])
+
+
+def _expected(ahead: dict[str, Any]) -> str:
+    """The force over the next travel."""
+    force = str(quantity(ahead["force_N"], ahead["low_N"], ahead["high_N"], "N"))
+    chance = percent(ahead["puncture_probability"])
+    return f"{force} after {1e3 * ahead['travel_m']:g} mm; a puncture before that: {chance}"
+
+
+def learnt(now: dict[str, Any]) -> list[tuple[str, str]]:
+    """The parameters so far, as names and texts; those that the motion has not determined are shown as such."""
+    shown = []
+    for each in now.get("parameters", ()):
+        value = quantity(each["value"], each["low"], each["high"], each["unit"])
+        doubt = "" if each["identifiable"] else ", not determined"
+        shown.append((each["name"].replace("_", " "), f"{value}{doubt}"))
+    return shown
 
 
 def event_cells(event: "Detection") -> list[str]:
