@@ -35,10 +35,11 @@ LayerPrior layer_from(const std::vector<Pair>& row) {
   return layer;
 }
 
-OnlinePrior prior_from(const std::vector<std::vector<Pair>>& layers, std::size_t count, double radius,
-                       const Tip& tip) {
+OnlinePrior prior_from(const std::vector<std::vector<Pair>>& layers, std::size_t count, bool same_tissue,
+                       double radius, const Tip& tip) {
   OnlinePrior prior{};
   prior.layers = count;
+  prior.same_tissue = same_tissue;
   prior.radius = radius;
   prior.tip = tip;
   for (std::size_t i = 0; i < std::min(layers.size(), online::most_layers); ++i)
@@ -58,6 +59,7 @@ nb::dict layer_of(const OnlineIdentifier& self, std::size_t k) {
   result["puncture_depth"] = layer.puncture_depth;
   result["puncture_force"] = layer.puncture_force;
   result["remaining"] = layer.remaining;
+  result["probability"] = layer.probability;
   result["touched"] = layer.touched;
   result["pierced"] = layer.pierced;
   return result;
@@ -90,11 +92,11 @@ void bind_online(nb::module_& module) {
       .def(
           "__init__",
           [](OnlineIdentifier* self, const std::vector<std::vector<Pair>>& layers, std::size_t count,
-             double radius, const Tip& tip, const OnlineSettings& settings,
+             bool same_tissue, double radius, const Tip& tip, const OnlineSettings& settings,
              const events::EventSettings& watched) {
-            new (self) OnlineIdentifier(prior_from(layers, count, radius, tip), settings, watched);
+            new (self) OnlineIdentifier(prior_from(layers, count, same_tissue, radius, tip), settings, watched);
           },
-          nb::arg("layers"), nb::arg("count"), nb::arg("radius"), nb::arg("tip"), nb::arg("settings"),
+          nb::arg("layers"), nb::arg("count"), nb::arg("same_tissue"), nb::arg("radius"), nb::arg("tip"), nb::arg("settings"),
           nb::arg("watched"))
       .def(
           "step",

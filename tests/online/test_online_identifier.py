@@ -59,3 +59,75 @@ def test_bad_samples_are_stated_and_nothing_is_confident():
         online.ahead(-1.0)
     with pytest.raises(nf.InputError, match="prior"):
         nf.OnlineIdentifier(prior=3)
+
+
+def tissue(depth, seed=0, scale=1.0):
+    """A stiffer or softer tissue with texture: 2 % of the force, correlated over 0.2 mm."""
+    random = np.random.default_rng(seed)
+    grid = np.arange(-5e-3, 40e-3, 2e-5)
+    rough = np.convolve(random.normal(size=len(grid)), np.exp(-np.arange(60) / 10), "same")
+    clean = scale * paper_force(depth, modulus=1e6)
+    return clean * (1 + 0.02 * np.interp(depth, grid, rough / rough.std())) + 1e-3 * random.normal(size=len(depth))
+
+
+def test_intervals_hold_what_comes_over_many_tissues():
+    depth, dt = inwards(end=9e-3, rate=100.0)
+    held, asked = {1e-3: 0, 2e-3: 0}, 0
+    for seed in range(40):
+        force, online = tissue(depth, seed, scale=0.5 + seed / 20), nf.OnlineIdentifier()
+        for place in (2e-3, 3e-3, 6.5e-3):
+            i = int(np.searchsorted(depth, place))
+            online.reset()
+            watched(online, force[:i], depth[:i], dt)
+            asked += 1
+            for travel in held:
+                ahead = online.ahead(travel)
+                held[travel] += ahead.low[-1] <= np.interp(ahead.depth[-1], depth, force) <= ahead.high[-1]
+    assert all(0.90 * asked <= each for each in held.values()), (held, asked)
+
+
+def test_what_a_prior_or_a_motion_does_not_tell_has_a_wide_interval():
+    depth, dt = inwards(end=4e-3)
+    online = nf.OnlineIdentifier(prior=nf.preset("paper"))
+    assert online.parameters == {}
+    watched(online, 5.0 * paper_force(depth, puncture=1.0), depth, dt)  # five times as stiff as was expected, or more
+    stiff = online.parameters.reduced_modulus
+    assert stiff.low < 6e5 < stiff.high
+    assert stiff.identifiable
+    assert stiff.high - stiff.low < 6e5
+    assert "puncture_depth" not in online.parameters
+
+
+def test_a_second_needle_another_zero_and_a_stuck_sensor_do_not_give_a_confident_wrong_answer():
+    depth, dt = inwards(end=12e-3)
+    online = nf.OnlineIdentifier()
+    watched(online, tissue(depth, 1), depth, dt)
+    first = online.parameters.stiffness_coefficient
+    watched(online, tissue(depth, 2, scale=3.0), depth, dt)
+    second = online.parameters.stiffness_coefficient
+    assert second.value == pytest.approx(3.0 * first.value, rel=0.25)
+    stuck = np.full(400, 0.7)
+    watched(online, stuck, depth[-1] + 2e-6 * np.arange(1, 401), dt)
+    assert online.status == "stuck"
+    begun = nf.OnlineIdentifier()  # in the tissue
+    watched(begun, tissue(depth + 9e-3, 1), depth, dt)
+    assert begun.status == "unknown_zero"
+    ahead = begun.ahead(2e-3)
+    assert ahead.regime == "unknown"
+    assert ahead.high[-1] - ahead.low[-1] > abs(ahead.force[-1])
+
+
+def test_a_gap_and_a_rest_widen_what_is_expected_and_a_copy_does_its_own():
+    depth, dt = inwards(end=4e-3)
+    online = nf.OnlineIdentifier()
+    watched(online, tissue(depth), depth, dt)
+    other = online.copy()
+    before = online.ahead(1e-3)
+    online.step(float(tissue(depth)[-1]), float(depth[-1]) + 1e-6, 10.0)
+    assert online.status == "gap"
+    assert other.status == "ok"
+    assert other.ahead(1e-3).to_json() == before.to_json()
+    assert "force, 95 % interval" in str(before)
+    assert set(before.document()) >= {"depth_m", "force_N", "low_N", "high_N", "next_puncture", "layers"}
+    run = nf.Insertion(other.model)
+    assert run.step(2e-3, 1e-3, 1e-3).force == pytest.approx(float(tissue(np.array([2e-3]))[0]), rel=0.15)

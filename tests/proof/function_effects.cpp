@@ -13,6 +13,7 @@
 #include "needleforce/flight_recorder.hpp"
 #include "needleforce/guard.hpp"
 #include "needleforce/live.hpp"
+#include "needleforce/online/online_identifier.hpp"
 #include "needleforce/solid/bent_in_solid.hpp"
 
 namespace {
@@ -145,6 +146,14 @@ double bend(Needle& needle) noexcept [[clang::nonblocking]] {
   nf_events_snapshot(watch, bytes, size);
   nf_events_restore(watch, bytes, size);
   return nf_events_noise(watch) + nf_events_needed_fall(watch);
+}
+
+// what learns while a needle moves
+[[maybe_unused]] double learn(needleforce::online::OnlineIdentifier& online) noexcept [[clang::nonblocking]] {
+  const auto copy = online.snapshot();
+  online.step(0.0, 0.0, 1e-3);
+  if (online.changes() > 1000) online.reset();
+  return copy.ahead(1e-3).puncture_probability + online.layer(0).modulus.value + online.surface().value;
 }
 
 // what the loop calls while another thread replaces the model

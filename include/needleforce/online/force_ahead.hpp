@@ -59,11 +59,12 @@ class Mixture {
   std::size_t count_ = 0;
 };
 
-/// When the next layer is pierced. A depth that is expected is believed to nine tenths; else, as for any
-/// event of unknown scale, what has held over a travel holds as long again with one half.
+/// When the next layer is pierced. A depth that is expected is believed to eight tenths, and that nothing is
+/// there to one half, for a yield may show no fall; else, as for any event of unknown scale, what has held
+/// over a travel holds as long again with one half.
 struct NextPuncture {
   Expected expected{};    ///< depth [m] in the stream's zero
-  double believed = 0.9;  ///< in that depth, or in that there is none
+  double believed = 0.8;  ///< in that depth
   bool none = false;      ///< no further layer is expected
   double since = 0.0;     ///< depth from which this layer has held [m]
 
@@ -71,7 +72,7 @@ struct NextPuncture {
   double holds(double depth) const noexcept {
     const double travel = std::max(depth - since, 0.0);
     const double whole = soon / (soon + travel);
-    if (none) return believed + (1.0 - believed) * whole;
+    if (none) return 0.5 + 0.5 * whole;
     if (!expected.known()) return whole;
     return believed * (1.0 - events::normal((depth - expected.mean) / expected.sd)) +
            (1.0 - believed) * whole;

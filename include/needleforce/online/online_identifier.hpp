@@ -29,7 +29,7 @@ struct Learnt {
 /// What is known of a layer. Depths in the stream's zero; `pierced` is false until its puncture.
 struct LayerLearnt {
   Learnt modulus{}, cutting{}, friction{};
-  double top = 0.0, puncture_depth = 0.0, puncture_force = 0.0, remaining = 0.0;
+  double top = 0.0, puncture_depth = 0.0, puncture_force = 0.0, remaining = 0.0, probability = 0.0;
   bool touched = false, pierced = false;
 };
 
@@ -54,7 +54,14 @@ class OnlineIdentifier {
       read(event, force, depth, dt);
     return event;
   }
-  void reset() noexcept { *this = OnlineIdentifier(prior_, settings_, watch_.settings()); }
+  /// Back to before the first sample. Wait-free.
+  void reset() noexcept {
+    watch_.reset();
+    begin_anew();
+    started_ = false;
+    depth_ = force_ = time_ = speed_ = 0.0;
+    changes_ = 0;
+  }
   OnlineIdentifier snapshot() const noexcept { return *this; }
 
   events::StreamStatus status() const noexcept { return watch_.status(); }
@@ -72,7 +79,7 @@ class OnlineIdentifier {
   /// Where the tissue begins [m]: the event's depth, moved by what the contact has shown.
   Learnt surface() const noexcept {
     if (regime_ != Regime::contact) return surface_;
-    const Learnt modulus = learnt(0, modulus_prior(0)), shift = learnt(1, {});
+    const Learnt modulus = learnt(slot::modulus, modulus_prior(0)), shift = learnt(slot::shift, {});
     const double stiff = std::max(std::abs(modulus.value), 1e-9),
                  most = 0.5 * std::max(depth_ - tops_[0], 0.0);
     return {tops_[0] - std::clamp(shift.value / stiff, -most, most), std::min(shift.sd / stiff, most), 0.0};
@@ -87,11 +94,11 @@ class OnlineIdentifier {
   LayerLearnt layer(std::size_t k) const noexcept {
     LayerLearnt known = layers_[std::min(k, most_layers - 1)];
     if (regime_ == Regime::unknown || regime_ == Regime::free) return known;
-    if (k == pierced_ && known.touched) known.modulus = learnt(0, modulus_prior(k));
+    if (k == pierced_ && known.touched) known.modulus = learnt(slot::modulus, modulus_prior(k));
     if (k < pierced_) {
-      const std::size_t slot = 2 + 2 * (pierced_ - 1 - k);
-      known.cutting = learnt(slot, prior_.layer[k].cutting);
-      known.friction = learnt(slot + 1, prior_.layer[k].friction);
+      const std::size_t at = slot::cutting + 2 * (pierced_ - 1 - k);
+      known.cutting = learnt(at, prior_.layer[k].cutting);
+      known.friction = learnt(at + 1, prior_.layer[k].friction);
     }
     return known;
   }
@@ -125,9 +132,9 @@ class OnlineIdentifier {
   }
 
  private:
-  static constexpr std::size_t lengths = 6, members = 2 * lengths, waiting = 16;
+  static constexpr std::size_t lengths = 8, members = 2 * lengths, waiting = 16;
   static constexpr std::array<double, 2> correlation_lengths{1e-4, 1e-3};
-  static constexpr std::array<double, 3> held{1.5e-3, 6e-3, 1e9};
+  static constexpr std::array<double, 4> held{1.5e-3, 6e-3, 1e9, 1e9};
   static constexpr double leap = 5e-3, fastest = 1.0;  // as the detector has it
   using Weights = std::array<double, members>;
   using Forces = Mixture<members + 1>;
@@ -154,8 +161,9 @@ class OnlineIdentifier {
     const Expected modulus = modulus_prior(pierced_);
     const double shift = 5e-4 * std::max(std::abs(modulus.mean), modulus.sd);
     for (std::size_t m = 0; m < count_; ++m) {
-      set(bank_[m], 0, modulus);
-      set(bank_[m], 1, {0.0, shift});
+      set(bank_[m], slot::stiffening, {0.0, bank_[m].stiffens ? modulus.sd / 2e-3 : 1e-9});
+      set(bank_[m], slot::modulus, modulus);
+      set(bank_[m], slot::shift, {0.0, shift});
     }
   }
   void expect_sliding() noexcept {
@@ -163,8 +171,8 @@ class OnlineIdentifier {
     const double size = 2.0 * std::abs(layers_[k].puncture_force);
     const double length = std::max(depth_ - tops_[0], settings_.spacing);
     for (std::size_t m = 0; m < count_; ++m) {
-      set(bank_[m], 2, or_size(prior_.layer[k].cutting, size));
-      set(bank_[m], 3, or_size(prior_.layer[k].friction, size / length));
+      set(bank_[m], slot::cutting, or_size(prior_.layer[k].cutting, size));
+      set(bank_[m], slot::friction, or_size(prior_.layer[k].friction, size / length));
     }
   }
 
@@ -185,6 +193,7 @@ class OnlineIdentifier {
       bank_[m] = {};
       bank_[m].correlation_length = correlation_lengths[m % lengths % 2];
       bank_[m].holds_over = held[m % lengths / 2];
+      bank_[m].stiffens = m % lengths / 2 == 3;
       bank_[m].doubt = m < lengths ? 1.0 : 10.0;
       bank_[m].log_weight = m < lengths ? 0.0 : -2.0;
     }
@@ -194,7 +203,7 @@ class OnlineIdentifier {
   }
   void set_sliding_aside() noexcept {
     for (std::size_t m = 0; m < count_; ++m)
-      for (std::size_t slot : {2u, 3u}) set(bank_[m], slot, {0.0, 1.0});
+      for (std::size_t at : {slot::cutting, slot::friction}) set(bank_[m], at, {0.0, 1.0});
   }
 
   void take(const events::Detection& event) noexcept {
@@ -238,6 +247,8 @@ class OnlineIdentifier {
     settle(-1e9, event.depth);
     interrupt();
     surface_ = surface();
+    whole_ = regime_;
+    rupture_probability_ = event.probability;
     regime_ = Regime::rupture;
     rupture_depth_ = event.depth;
     rupture_force_ = last_.force;
@@ -247,12 +258,13 @@ class OnlineIdentifier {
     if (regime_ != Regime::rupture) return;
     regime_ = Regime::sliding;
     const std::size_t k = std::min(pierced_, most_layers - 1);
-    layers_[k].modulus = learnt(0, modulus_prior(k));
+    layers_[k].modulus = learnt(slot::modulus, modulus_prior(k));
     layers_[k].pierced = true;
     layers_[k].puncture_depth = rupture_depth_;
     layers_[k].puncture_force = rupture_force_;
+    layers_[k].probability = rupture_probability_;
     layers_[k].remaining = rupture_force_ > 0.0 ? std::clamp(force_ / rupture_force_, 0.0, 1.0) : 0.0;
-    if (k == 0) tops_[0] = layers_[0].top = surface_.value;
+    if (k == 0) tops_[0] = surface_.value;
     if (pierced_ == most_layers) return change();
     if (k > 0) {
       tops_[k] = rupture_depth_;
@@ -302,9 +314,11 @@ class OnlineIdentifier {
     collect(force, depth);
     settle_older(time_ - watch_.settings().within);
   }
-  /// A fall that has ended without having been confirmed.
+  /// A fall that came back was none; one that stays without having been confirmed is one after a millimetre.
   void watch_rupture() noexcept {
-    if (depth_ - rupture_depth_ > 1e-3) end_rupture(depth_);
+    if (force_ > 0.95 * rupture_force_)
+      regime_ = whole_;
+    else if (depth_ - rupture_depth_ > 1e-3) end_rupture(depth_);
   }
   /// Whether a force is expected here that depends on the parameters.
   bool measures() noexcept {
@@ -361,16 +375,17 @@ class OnlineIdentifier {
     if (!outwards_ && (pierced_ == 0 || another_layer())) {
       const double h = depth - contact_from();
       if (h > 0.0) {
-        by[0] = contact_.force(h);
-        if (pierced_ == 0) by[1] = contact_.slope(h);
+        by[slot::modulus] = contact_.force(h);
+        by[slot::stiffening] = by[slot::modulus] * h;
+        if (pierced_ == 0) by[slot::shift] = contact_.slope(h);
       }
     }
     if (pierced_ == 0) return by;
-    if (!outwards_) by[2] = 1.0;
+    if (!outwards_) by[slot::cutting] = 1.0;
     const double sign = outwards_ ? -1.0 : 1.0;
     double bottom = depth;
     for (std::size_t j = pierced_; j-- > 0;) {
-      by[3 + 2 * (pierced_ - 1 - j)] = sign * std::max(bottom - tops_[j], 0.0);
+      by[slot::friction + 2 * (pierced_ - 1 - j)] = sign * std::max(bottom - tops_[j], 0.0);
       bottom = std::min(bottom, tops_[j]);
     }
     return by;
@@ -434,7 +449,8 @@ class OnlineIdentifier {
     constexpr double window = 10.0;
     surprise_ = (1.0 - 1.0 / window) * surprise_ + squared;
     surprise_count_ = (1.0 - 1.0 / window) * surprise_count_ + 1.0;
-    if (worth < 0.5 || surprise_count_ < 0.8 * window) return;
+    // a friction that is another outwards contradicts the law, but is no other tissue
+    if (outwards_ || worth < 0.5 || surprise_count_ < 0.8 * window) return;
     const double rate = settings_.false_changes * std::max(settings_.spacing, 1e-6);
     const double n = surprise_count_, spread = 2.0 / (9.0 * n);  // Wilson and Hilferty
     const double root = 1.0 - spread + events::upper_quantile(rate) * std::sqrt(spread);
@@ -466,7 +482,7 @@ class OnlineIdentifier {
     next.none = prior_.layers > 0 && pierced_ >= prior_.layers;
     if (pierced_ >= most_layers) return next;
     const Expected& puncture = prior_.layer[pierced_].puncture;
-    if (puncture.known()) next.expected = {tops_[0] + puncture.mean, puncture.sd};
+    if (puncture.known()) next.expected = {layers_[0].top + puncture.mean, puncture.sd};
     return next;
   }
   /// What one hypothesis expects at a depth: its parameters, and of the residual now what is still
@@ -495,7 +511,17 @@ class OnlineIdentifier {
         std::hypot(noise, settings_.roughness * std::max(std::abs(mean), std::abs(now.force)));
     const double texture =
         each.scale * size * size * (1.0 - rho * rho) * (each.seen + 5.0) / (each.seen + 3.0);
-    forces.add(weight, mean, each.information.variance(apart) + texture + noise * noise);
+    const double law = mean * error_of_law(depth);
+    forces.add(weight, mean, each.information.variance(apart) + texture + law * law + noise * noise);
+  }
+  /// Share of the force by which a contact of unknown law may be off beyond what was seen: its exponent is
+  /// known to 0.8 after a millimetre, and better with the root of what was seen.
+  double error_of_law(double depth) const noexcept {
+    const bool known = prior_.same_tissue && prior_.layer[std::min(pierced_, most_layers - 1)].modulus.known();
+    if (outwards_ || known) return 0.0;
+    const double seen = std::max(depth_ - intact_from_, settings_.spacing);
+    const double exponent = std::min(1.5, 0.8 * std::sqrt(1e-3 / seen));
+    return std::pow(1.0 + std::max(depth - depth_, 0.0) / std::max(depth_ - contact_from(), seen), exponent) - 1.0;
   }
   /// Somewhere in this travel tissue may begin, of the prior's modulus or one of a soft tissue.
   void add_contact(Forces& forces, double travel) const noexcept {
@@ -522,11 +548,11 @@ class OnlineIdentifier {
   Learnt surface_{};
   Reading last_{};
   Open open_{};
-  Regime regime_ = Regime::unknown;
+  Regime regime_ = Regime::unknown, whole_ = Regime::unknown;
   std::size_t count_ = lengths, waiting_ = 0, pierced_ = 0, changes_ = 0;
   bool started_ = false, outwards_ = false, withdraws_ = false, resting_ = false, broken_ = true;
   double depth_ = 0.0, force_ = 0.0, time_ = 0.0, speed_ = 0.0, deepest_ = -1e9, rest_depth_ = 0.0;
-  double intact_from_ = 0.0, rupture_depth_ = 0.0, rupture_force_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
+  double intact_from_ = 0.0, rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
   double surprise_ = 0.0, surprise_count_ = 0.0;
 };
 

@@ -10,9 +10,12 @@
 
 namespace needleforce::online {
 
-/// The contact of the intact layer, its modulus and that times its shift, then cutting force and friction per
-/// length of each pierced layer, the deepest first.
-inline constexpr std::size_t slots = 18;
+/// The contact of the intact layer: how it stiffens, its modulus, and that times its shift; then cutting force
+/// and friction per length of each pierced layer, the deepest first.
+namespace slot {
+inline constexpr std::size_t stiffening = 0, modulus = 1, shift = 2, cutting = 3, friction = 4;
+}
+inline constexpr std::size_t contact_slots = 3, slots = 19;
 using Information = SquareRoot<slots>;
 using Slots = Information::Row;
 
@@ -29,6 +32,7 @@ struct Reading {
 struct TissueEstimate {
   double correlation_length = 1e-3;
   double holds_over = 1e9;  ///< travel over which the parameters of a layer hold [m]
+  bool stiffens = false;    ///< the contact, beyond its law
   double doubt = 1.0;       ///< by which the standard deviations of the prior are multiplied
   double log_weight = 0.0;
   double scale = 1.0;  ///< variance of the residual over that of Reading::size
@@ -41,7 +45,7 @@ struct TissueEstimate {
   Innovation add(const Reading& now, const Reading& before, double memory) noexcept {
     const double travel = now.continues ? now.depth - before.depth : 0.0;
     const double rho = now.continues ? kept(travel) : 0.0;
-    if (now.continues) information.forget_share(4, std::exp(-0.5 * std::abs(travel) / holds_over));
+    if (now.continues) information.forget_share(contact_slots + 2, std::exp(-0.5 * std::abs(travel) / holds_over));
     const double own = 1.0 / std::sqrt(scale * (1.0 - rho * rho));
     const double here = own / now.size, there = rho * own / before.size;
     Slots by{};

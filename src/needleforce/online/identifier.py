@@ -13,7 +13,7 @@ from ..identification.estimates import Estimate, Parameters
 from ..identification.statistics.noise import TWO_SIDED
 from ..models.model import Model
 from .force_ahead import ForceAhead
-from .prior import GENERIC, core_identifier, prior_of
+from .prior import GENERIC, Prior, core_identifier, prior_of
 
 MAX_VARIANCE_RATIO = 0.5  # of the prior's; below, the motion informs at least as much as the prior
 MAX_SHARE = 0.5  # half width over value, where there was no prior
@@ -171,7 +171,18 @@ class OnlineIdentifier(Printed):
         )
 
     def _layers(self) -> tuple[float, ...]:
-        return tuple(float(k == self._core.pierced - 1) for k in range(self._core.pierced))
+        """Probability of each layer that the tip is in it: by the punctures counted, and by how like the last of them is
+        to that of each layer of the prior."""
+        pierced = self._core.pierced
+        if pierced == 0:
+            return ()
+        last = self._core.layer(pierced - 1)
+        counted = np.zeros(max(pierced, self.prior.punctures) + 1)
+        counted[pierced - 1 : pierced + 1] = 1.0 - last["probability"], last["probability"]
+        counted = 0.9 * counted + 0.1 / len(counted)  # an event may have been missed
+        depth = last["puncture_depth"] - self._core.layer(0)["top"]
+        likely = counted[1:] * [_density(depth, self.prior, k) for k in range(len(counted) - 1)]
+        return tuple((likely / (likely.sum() + counted[0])).tolist())
 
     def _heading(self) -> str:
         return f"OnlineIdentifier: {self.regime}, {self.status}, prior: {self.prior.source}"
@@ -195,3 +206,10 @@ def _estimate(name: str, learnt: tuple[float, float, float], unit: str, factor: 
     informed = sd * sd < MAX_VARIANCE_RATIO * before * before if before else half < MAX_SHARE * abs(value)
     source = "online least squares"
     return Estimate(name, value, unit, value - half, value + half, identifiable=bool(informed), source=source)
+
+
+def _density(depth: float, prior: Prior, k: int) -> float:
+    """How likely a puncture at this depth [m] is of layer k, over that of one at any depth of 100 mm."""
+    mean, sd = prior.layers[k].get("puncture", (0.0, 0.0)) if k < len(prior.layers) else (0.0, 0.0)
+    normal = 0.1 / (sd * math.sqrt(2.0 * math.pi)) * math.exp(-0.5 * ((depth - mean) / sd) ** 2) if sd else 0.0
+    return 0.1 + 0.9 * normal if sd else 1.0

@@ -35,6 +35,8 @@ class Prior:
     layers : tuple of dict
         Of each layer mean and standard deviation of what is known: ``modulus`` [Pa], ``cutting`` [N], ``friction``
         [N/m], ``top`` and ``puncture`` [m] below the contact, ``remainder``, the share of the force after a puncture.
+    same_tissue : bool
+        Whether recordings of this tissue gave it, instead of a model of another specimen.
     complete : bool
         Whether no further layer is expected.
     tip, radius : tip, float
@@ -48,6 +50,7 @@ class Prior:
     """
 
     layers: tuple[dict[str, Expected], ...] = ()
+    same_tissue: bool = False
     complete: bool = False
     tip: Any = GENERIC
     radius: float = NO_SHANK
@@ -88,6 +91,7 @@ def core_identifier(prior: Prior, **settings: float) -> core.OnlineIdentifier:
     return core.OnlineIdentifier(
         layers=prior.rows(),
         count=prior.punctures,
+        same_tissue=prior.same_tissue,
         radius=prior.radius,
         tip=prior.tip,
         settings=core.OnlineSettings(**settings),
@@ -164,7 +168,7 @@ def _of_recordings(recordings: Sequence[Recording], base: Prior) -> Prior:
             break
         layers.append(_next_layer(rows))
     source = f"{len(insertions)} recordings of the same tissue"
-    return replace(base, layers=tuple(layers), complete=bool(layers), source=source)
+    return replace(base, layers=tuple(layers), complete=bool(layers), same_tissue=bool(layers), source=source)
 
 
 def _next_layer(rows: list[dict[str, Expected]]) -> dict[str, Expected]:
