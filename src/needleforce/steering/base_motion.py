@@ -121,16 +121,20 @@ def base_moves(depth: np.ndarray, path: TipPath, lead: float = 0.0) -> BaseMoves
 
 class Replay:
     """An insertion that is run again and again with motions whose beginnings are the same: each run continues from the
-    last state that it shares with the run before."""
+    last state that it shares with the run before. One that is run ``once`` keeps no states."""
 
-    def __init__(self, flex: FlexibleInsertion):
+    def __init__(self, flex: FlexibleInsertion, once: bool = False):
         self.flex = flex
+        self._once = once
         self._done: np.ndarray = np.empty((0, 5))
         self._states: list[Any] = []
         self._rows: list[dict[str, np.ndarray]] = []
 
     def run(self, moves: BaseMoves) -> dict[str, np.ndarray]:
         """Rows of ``FlexibleInsertion.run`` for all moves, from before the first contact on."""
+        if self._once:
+            self.flex.reset()
+            return self.flex.run(moves.depth, moves.lateral, roll=moves.roll, dt=moves.dt)
         sought = np.column_stack([moves.depth, moves.lateral, moves.roll, moves.dt])
         begin = self._shared(sought)
         self.flex.restore(self._states[begin]) if begin < len(self._states) else self.flex.reset()
@@ -172,7 +176,7 @@ def rows_of(replay: Replay, moves: BaseMoves) -> dict[str, np.ndarray]:
 def replay_of(replays: Replays | None, name: str, make: Callable[[], FlexibleInsertion]) -> Replay:
     """The replay of a search with this name, made if there is none."""
     if replays is None:
-        return Replay(make())
+        return Replay(make(), once=True)
     if name not in replays:
         replays[name] = Replay(make())
     return replays[name]
