@@ -2,14 +2,16 @@
 """Tip paths that were held out: trained on the open-loop insertions of a tissue and at most two steered ones, the other
 steered ones are predicted from the motion of their base and their entry: by mechanics, by simple models, by both.
 
-    python benchmarks/steering.py [FILE] [--model yielding] [--full]
+    python benchmarks/steering.py [FILE] [--model yielding] [--full] [--keep FOLDER]
 
 Whole gels are left out of what is common to all: the simple model that joins the mechanics, and the width of the
 intervals, are those that the other gels show. Without --full, three choices of steered training insertions a tissue.
+Identified needles are kept in a folder, if one is given, and read from there again.
 """
 
 import argparse
 import dataclasses
+import hashlib
 import itertools
 import math
 import re
@@ -89,15 +91,15 @@ class HeldOut:
     predictor: PathPredictor
 
     @classmethod
-    def predicted(cls, fit, training, path):
-        tips = {by: fit.predict(path, by=by)[:, :2] for by in ("unicycle", "bicycle", "regression", "mechanics")}
+    def predicted(cls, predictor, training, path):
+        tips = {by: predictor.tip(path, by)[:, :2] for by in (*SIMPLE, "mechanics")}
         tips["unicycle, exact kinematics"] = unicycle(training, path)
-        tips[JOINED] = fit.predict(path)[:, :2]
-        return cls(path, {by: tip - path.tip[:, :2] for by, tip in tips.items()}, fit.model.predictor)
+        tips[JOINED] = predictor.tip(path)[:, :2]
+        return cls(path, {by: tip - path.tip[:, :2] for by, tip in tips.items()}, predictor)
 
     def ratio(self, by):
         """Mean square of the errors over the expected one, before it is scaled."""
-        sd = self.predictor.uncertainty(self.path) / self.predictor.error_scale()
+        sd = self.predictor.uncertainty(self.path, weight=1.0) / self.predictor.error_scale(1.0)
         return np.mean(self.errors[by] ** 2 / (sd**2 + path_prediction.POSITION_NOISE**2)[:, None])
 
     def covered(self, by):
@@ -109,17 +111,30 @@ class HeldOut:
 
 JOINED = "mechanics and regression"
 COMBINED = ("mechanics", JOINED)
+SIMPLE = ("unicycle", "bicycle", "regression")
 
 
-def held_out(unsteered, steered, model, full, console):
+def identified(training, folder, model="yielding", prior=None, name=""):
+    """What predicts other insertions, from a folder if it is there."""
+    key = "|".join([model, name, *(path.name for path in training)])
+    file = folder and folder / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.toml"
+    if file and file.exists():
+        return nf.steering.load(file)
+    fit = nf.steering.identify(training, NEEDLE, model=model, prior=prior)
+    if file:
+        fit.save(file)
+    return fit.model
+
+
+def held_out(unsteered, steered, options, console):
     """Held-out insertions of a tissue over choices of the steered training insertions."""
     choices = list(itertools.combinations(steered, 2 if len(steered) > 2 else 1))
     found = []
-    for chosen in choices if full else choices[:: max(1, len(choices) // 3)][:3]:
+    for chosen in choices if options.full else choices[:: max(1, len(choices) // 3)][:3]:
         training = [*unsteered, *chosen]
         with console.status(f"{', '.join(path.name for path in chosen)} and {len(unsteered)} unsteered"):
-            fit = nf.steering.identify(training, NEEDLE, model=model)
-            found += [HeldOut.predicted(fit, training, path) for path in steered if path not in chosen]
+            predictor = identified(training, options.keep, options.model).predictor
+            found += [HeldOut.predicted(predictor, training, path) for path in steered if path not in chosen]
     return found
 
 
@@ -129,29 +144,30 @@ def judged(tissue, found):
     sizes = {by: [size(each.errors[by]) for each in found[tissue]] for by in found[tissue][0].errors}
     chosen = min(COMBINED, key=lambda by: np.mean([size(each.errors[by]) for each in others]))
     path_prediction.GELS = len({gel(name) for name in found if gel(name) != gel(tissue)})
-    rows = {}
+    rows, best = {}, min(np.median(sizes[by]) for by in SIMPLE)
     for by, values in sizes.items():
         coverage = None
         if by in COMBINED:
             path_prediction.GELS_RATIO = np.mean([each.ratio(by) for each in others])
             coverage = [each.covered(by) for each in found[tissue]]
-        rows[by + " *" * (by == chosen)] = (values, coverage)
+        rows[by + " *" * (by == chosen)] = (values, coverage, np.median(values) / best)
     return rows
 
 
-def main(file, model, full):
+def main(options):
     console = Console(width=120)
-    table = Table("tissue", "predictor", "n", "rms, median / 90 % / worst", "in the 95 % interval, worst insertion")
-    groups = tissues(nf.steering.read(file))
-    found = {name: held_out(*group, model, full, console) for name, group in groups.items() if len(group[1]) > 1}
+    heads = ("n", "rms, median / 90 % / worst", "of the best simple one", "in the 95 % interval, worst insertion")
+    table = Table("tissue", "predictor", *heads)
+    groups = tissues(nf.steering.read(options.file))
+    found = {name: held_out(*group, options, console) for name, group in groups.items() if len(group[1]) > 1}
     for gels in sorted({gel(name) for name in found}):
         ratios = [each.ratio(JOINED) for name in found if gel(name) == gels for each in found[name]]
         console.print(f"{gels}: mean square of the errors over the expected one {np.mean(ratios):.2f}")
     for tissue in found:
-        for by, (sizes, coverage) in judged(tissue, found).items():
+        for by, (sizes, coverage, share) in judged(tissue, found).items():
             figures = f"{np.median(sizes):.2f} / {np.quantile(sizes, 0.9):.2f} / {max(sizes):.2f}"
             inside = "" if coverage is None else f"{np.mean(coverage):.0%}, {min(coverage):.0%}"
-            table.add_row(tissue, by, str(len(sizes)), figures, inside)
+            table.add_row(tissue, by, str(len(sizes)), figures, f"{share:.2f}", inside)
     table.title = (
         "held-out tips, lateral error in mm; * best in the other gels, which also give the width of the intervals"
     )
@@ -163,5 +179,5 @@ if __name__ == "__main__":
     parser.add_argument("file", nargs="?", default=RECORDINGS / "needle-steering" / "stepwise_insertions.csv")
     parser.add_argument("--model", default="yielding")
     parser.add_argument("--full", action="store_true")
-    options = parser.parse_args()
-    main(options.file, options.model, options.full)
+    parser.add_argument("--keep", type=Path)
+    main(parser.parse_args())

@@ -97,12 +97,13 @@ def test_a_single_insertion_has_no_left_out_error():
     assert np.all(np.isfinite(fit.uncertainty(generated("two", motions(rng)[2], rng))))
 
 
-def test_one_steered_insertion_is_not_predicted_from_those_that_show_no_steering():
+def test_with_one_steered_insertion_expected_errors_give_the_weights():
     rng = np.random.default_rng(5)
     paths = [generated(str(i), base, rng) for i, base in enumerate(motions(rng))]
     fit = identify([paths[0], paths[2]], NEEDLE, model="linear")
     for path in paths[3:]:
-        np.testing.assert_array_equal(fit.predict(path), fit.predict(path, by="mechanics"))
+        # mechanics that are right, and a regression that one insertion hardly shows
+        assert 0.8 < fit.model.predictor.weight_for(path) <= 1.0
         assert lateral(fit.predict(path), path) < 1e-3
     assert not any("take predict" in remark for remark in fit.remarks())
 

@@ -89,6 +89,9 @@ class SteerIdentifyFlags(msgspec.Struct, frozen=True, kw_only=True):
     ] = []
     model: Annotated[str | None, typer.Option(help="linear, or yielding (the default for tip paths).")] = None
     held: Annotated[str, typer.Option(help="guide at a fixed distance from the surface, or hub.")] = "guide"
+    prior: Annotated[
+        list[Path], typer.Option("--prior", help="Needle identified in another tissue, as --save wrote it.")
+    ] = []
     length_unit: Annotated[str | None, typer.Option(help="Of all lengths, where the table states none.")] = None
     json: Annotated[str | None, typer.Option(help=JSON_HELP)] = None
     page: ReportFlags
@@ -111,6 +114,11 @@ def identify(
     options: dict[str, Any] = {"model": given.model} if given.model else {}
     if isinstance(measured[0], nf.steering.TipPath):
         options["held"] = given.held
+        if given.prior:
+            options["prior"] = nf.steering.prior([nf.steering.load(file) for file in given.prior])
+    elif given.prior:
+        step = "Leave --prior out: shapes have none."
+        raise InputError("--prior", str(given.prior[0]), "not for a table of shapes", next_step=step)
     elif given.held != "guide":
         step = "Leave --held out: the shapes begin where the needle is held."
         raise InputError("--held", given.held, "not for a table of shapes", next_step=step)

@@ -18,6 +18,7 @@ from .tip_estimator import TipEstimate, TipEstimator
 from .tip_path_fit import SteeringFit
 from .tip_path_tables import read
 from .tip_paths import TipPath
+from .tissue_prior import TissuePrior, prior
 from .wrench_fit import BaseWrench, WrenchFit, base_wrench
 from .wrench_sensor import WrenchSensor
 
@@ -40,6 +41,7 @@ __all__ = [
     "TipEstimate",
     "TipEstimator",
     "TipPath",
+    "TissuePrior",
     "Unicycle",
     "WrenchFit",
     "WrenchSensor",
@@ -48,6 +50,7 @@ __all__ = [
     "load",
     "needle_shape",
     "plan",
+    "prior",
     "read",
     "read_shapes",
     "simulate",

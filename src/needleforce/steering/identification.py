@@ -35,7 +35,8 @@ def identify(
         Its bending stiffness scales all forces and stiffnesses that follow from tip paths and shapes.
     **options : object
         ``model``: ``"yielding"`` (the default for tip paths) or ``"linear"``; ``held``: ``"guide"`` or ``"hub"``;
-        ``progress``: called with the number of evaluations and the cost.
+        ``prior``: what other tissues showed, of ``nf.steering.prior``, for tip paths; ``progress``: called with the
+        number of evaluations and the cost.
 
     Returns
     -------

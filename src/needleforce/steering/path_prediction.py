@@ -13,13 +13,11 @@ from ..checks import one_of
 from ..errors import InputError
 from .path_errors import POSITION_NOISE, PathErrors, PathReadings, between
 from .path_simulation import SimulatedPath, Simulation
+from .simple_predictors import SIMPLE, both, predicted_simply, regression_error, response_shown
 from .steering_parameters import Parameter, deviations_of
 from .tip_paths import TipPath
+from .tissue_prior import Spread, TissuePrior
 
-SIMPLE = ("unicycle", "bicycle", "regression")
-"""Predictors without mechanics, of one, two and four coefficients a direction, the last ones common to both."""
-_UNIT = 0.1  # [m] of depth, so that coefficients are about 1
-_RIDGE = 1e-5  # [m^2]; with errors of 1 mm, coefficients of 0.3 or more are hardly shrunk
 _CORRELATION = 0.4  # correlation of the errors of mechanics and regression in recorded insertions: 0.38, 0.42 and 0.45
 # mean square of the errors of held-out insertions over the expected one, the larger of two gels (2.2 and 1.3), and how
 # many gels have shown it, which leaves a new one that much doubt (docs/evidence/steering.md)
@@ -68,18 +66,13 @@ class Sensitive:
         return Sensitive(PathReadings(self.readings.depth, False), self.residuals[:n], self.slopes[:, :n])
 
 
-def _both(values: np.ndarray) -> np.ndarray:
-    """(..., m, 2) as (..., 2 m): x, then y, whose parameters are the same."""
-    return np.concatenate([values[..., 0], values[..., 1]], axis=-1)
-
-
 def _planes(covariance: np.ndarray) -> np.ndarray:
     return np.kron(np.eye(2), covariance)
 
 
 def _prior_covariance(known: Sequence[Sensitive]) -> np.ndarray:
     blocks = [[between(a.readings, b.readings, a is b, noise=a is b) for b in known] for a in known]
-    slopes = _both(np.concatenate([each.slopes for each in known], axis=1))
+    slopes = both(np.concatenate([each.slopes for each in known], axis=1))
     return _planes(np.block(blocks)) + slopes.T @ slopes
 
 
@@ -90,9 +83,9 @@ def expected_errors(
     that were read: mean and standard deviation ``there``, (n, 2) each [m]. ``deviations`` (p,) are those of the
     identified parameters from the means of their priors, in standard deviations."""
     given = [*known, entry]
-    residuals = _both(np.concatenate([each.residuals for each in given]))
-    slopes = _both(np.concatenate([each.slopes for each in given], axis=1))
-    own = _both(there.slopes)
+    residuals = both(np.concatenate([each.residuals for each in given]))
+    slopes = both(np.concatenate([each.slopes for each in given], axis=1))
+    own = both(there.slopes)
     cross = np.vstack([between(each.readings, there.readings, each is entry) for each in given])
     joint = _planes(cross) + slopes.T @ own
     weights = np.linalg.solve(_prior_covariance(given), np.column_stack([residuals - deviations @ slopes, joint]))
@@ -103,37 +96,23 @@ def expected_errors(
     return mean.reshape(2, n).T, np.sqrt(np.maximum(variance, 0.0)).reshape(2, n).T
 
 
-def _entry_line(path: TipPath) -> np.ndarray:
-    """The straight path from the entry, (n, 2) [m]: mean place and slope of at most two rows before the base moves."""
-    rows = path.entry[:2]
-    slope = np.zeros(2) if path.slope is None else path.slope[rows].mean(axis=0)
-    return path.tip[rows, :2].mean(axis=0) + np.outer(path.depth - path.depth[rows].mean(), slope)
+def weight_between(mechanics: float, regression: float) -> float:
+    """Weight of the mechanics, from 0 to 1, that leaves the least of errors of these sizes and the usual correlation;
+    that of the regression is the rest."""
+    ratio = regression / mechanics
+    return min(max((ratio**2 - _CORRELATION * ratio) / (1.0 + ratio**2 - 2.0 * _CORRELATION * ratio), 0.0), 1.0)
 
 
-def _columns(by: str, path: TipPath) -> np.ndarray:
-    """What each coefficient adds to the straight path, x and then y (2 n, c): entry angle, curvature, and the response
-    to the base, at once and to where it was on the way, by powers of the depth."""
-    depth = np.maximum(path.depth, 0.0)[:, None] / _UNIT
-    columns = np.kron(np.eye(2), depth**2 if by == "unicycle" else np.hstack([depth, depth**2]))
-    if by != "regression":
-        return columns
-    moved = path.base - path.base[0]
-    parts = [moved]
-    for power in range(3):
-        slope = depth**power * moved
-        steps = 0.5 * np.diff(depth, axis=0) * (slope[1:] + slope[:-1])
-        parts.append(np.vstack([np.zeros(2), np.cumsum(steps, axis=0)]))
-    return np.column_stack([columns, *(_both(part) for part in parts)])
+def expected_weight(mechanics: np.ndarray, regression: np.ndarray) -> float:
+    """The same from standard deviations along an insertion, of which those of the mechanics are smaller than errors in
+    a tissue that was never seen."""
+    return weight_between(*(float(np.sqrt(np.mean(sd**2))) for sd in (math.sqrt(GELS_RATIO) * mechanics, regression)))
 
 
-def predicted_simply(by: str, training: Sequence[TipPath], path: TipPath) -> np.ndarray:
-    """Tip across (n, 2) [m] by one of ``SIMPLE``, whose coefficients fit the training insertions."""
-    columns = [_columns(by, each).reshape(2, len(each), -1)[:, each.compared] for each in training]
-    sides = [_both((each.tip[:, :2] - _entry_line(each))[each.compared]) for each in training]
-    rows = np.vstack([each.reshape(-1, each.shape[-1]) for each in columns])
-    gram = rows.T @ rows + _RIDGE * np.eye(rows.shape[1])
-    found = np.linalg.solve(gram, rows.T @ np.concatenate(sides))
-    return _entry_line(path) + (_columns(by, path) @ found).reshape(2, -1).T
+def together(weight: float, mechanics: np.ndarray, regression: np.ndarray) -> np.ndarray:
+    """Standard deviation of a weighted prediction from those of both."""
+    one, other = weight * mechanics, (1.0 - weight) * regression
+    return np.sqrt(one**2 + other**2 + 2.0 * _CORRELATION * one * other)
 
 
 @dataclass(frozen=True)
@@ -143,6 +122,7 @@ class LeftOut:
 
     errors: dict[str, np.ndarray]
     sd: np.ndarray
+    weight: float  # of the mechanics by the errors that are expected
 
     def rms(self, by: str, weight: float = 1.0) -> float:
         """Root mean square lateral error [m] of one predictor, or of a ``"prediction"`` with a weight."""
@@ -167,7 +147,8 @@ class PathPredictor:
     values: dict[str, float]  # the identified parameters
     insertions: tuple[TipPath, ...] = ()
     parameters: Sequence[Parameter] = ()  # with their priors
-    covariance: np.ndarray | None = None  # (p, p) of the errors, in standard deviations of the priors
+    covariance: np.ndarray | None = None  # (p, p) of the errors, in standard deviations of the wide priors
+    prior: TissuePrior | None = None  # what earlier tissues showed
 
     def tip(self, path: TipPath, by: str = "prediction") -> np.ndarray:
         """Position of the tip (n, 3) [m] for the motion of the base and the entry: by the weighted ``"prediction"``,
@@ -175,11 +156,11 @@ class PathPredictor:
         needle buckles on the way or is too short for it."""
         one_of("by", by, ("prediction", "mechanics", *SIMPLE))
         if by in SIMPLE:
-            across = predicted_simply(by, self.insertions, path)
+            across = self._simply(by, self.insertions, path)
         else:
-            across, weight = self._by_mechanics(path), self.weight if by == "prediction" else 1.0
+            across, weight = self._by_mechanics(path), self.weight_for(path) if by == "prediction" else 1.0
             if weight < 1.0:
-                simple = predicted_simply("regression", self.insertions, path)
+                simple = self._simply("regression", self.insertions, path)
                 across = weight * across + (1.0 - weight) * simple
         return np.column_stack([across, path.tip[:, 2]])
 
@@ -204,10 +185,30 @@ class PathPredictor:
     def uncertainty(self, path: TipPath, read: np.ndarray | None = None, weight: float | None = None) -> np.ndarray:
         """Standard deviation of the tip in each lateral direction if some rows were read, by index; by default those of
         the entry, (n,) [m]. ``weight`` is that of the mechanics, by default of the prediction; 1 for plans."""
-        read = path.entry if read is None else read
+        sd = self._mechanics_error(path, path.entry if read is None else read)
+        if self.compares or weight == 1.0 or not self.insertions:
+            return sd * self.error_scale(weight)
+        sd, regression = sd * self.error_scale(1.0), self._regression_error(path)
+        return together(self.weight_for(path), sd, regression)
+
+    def weight_for(self, path: TipPath) -> float:
+        """Weight of the mechanics in the prediction of an insertion, from 0 to 1: the one that left-out steered
+        insertions show, and where there are none, of the errors that are expected of both."""
+        if self.compares or not self.insertions:
+            return self.weight
+        return expected_weight(self._mechanics_error(path, path.entry), self._regression_error(path))
+
+    def weight_in(self, each: "LeftOut") -> float:
+        """The same in a left-out insertion."""
+        return self.weight if self.compares else each.weight
+
+    def _mechanics_error(self, path: TipPath, read: np.ndarray) -> np.ndarray:
         rows, depth = np.union1d(path.compared, read), np.maximum(path.depth, 0.0)
         _, sd = self._expected(self._known, self._linearised(path, rows), np.searchsorted(rows, read))
-        return np.interp(depth, depth[rows], sd.mean(axis=1)) * self.error_scale(weight)
+        return np.interp(depth, depth[rows], sd.mean(axis=1))
+
+    def _regression_error(self, path: TipPath) -> np.ndarray:
+        return regression_error(self.insertions, path, self._response)
 
     def rms(self, path: TipPath) -> float:
         """Root mean square of the lateral error of the prediction [m]."""
@@ -232,12 +233,12 @@ class PathPredictor:
 
     @cached_property
     def weight(self) -> float:
-        """Weight of the mechanics in a prediction, from 0 to 1; that of the regression is the rest. Errors of the sizes
-        of those in the left-out steered insertions (geometric mean) and of the usual correlation leave the least."""
+        """Weight of the mechanics by the errors of left-out steered insertions (geometric mean); 1 if there are no
+        two."""
         if not self.compares:
             return 1.0
-        ratio = math.exp(np.mean([math.log(each.rms("regression") / each.rms("mechanics")) for each in self.judged]))
-        return min(max((ratio**2 - _CORRELATION * ratio) / (1.0 + ratio**2 - 2.0 * _CORRELATION * ratio), 0.0), 1.0)
+        sizes = (np.mean([math.log(each.rms(by)) for each in self.judged]) for by in ("mechanics", "regression"))
+        return weight_between(*map(math.exp, sizes))
 
     def error_scale(self, weight: float | None = None) -> float:
         """Factor by which errors exceed the expected ones, so that 1.96 of them hold 95 %: from left-out insertions, as
@@ -252,13 +253,41 @@ class PathPredictor:
         here, path, others = self._known[k], self.insertions[k], self.insertions[:k] + self.insertions[k + 1 :]
         mean, sd = self._expected(self._known[:k] + self._known[k + 1 :], here, np.arange(path.entry_rows))
         tip = path.tip[path.compared, :2]
-        errors = {by: predicted_simply(by, others, path)[path.compared] - tip for by in SIMPLE}
-        return LeftOut(errors | {"mechanics": mean - here.positions().residuals}, sd)
+        errors = {by: self._simply(by, others, path)[path.compared] - tip for by in SIMPLE}
+        weight = expected_weight(sd, regression_error(others, path, self._response)[path.compared])
+        return LeftOut(errors | {"mechanics": mean - here.positions().residuals}, sd, weight)
 
     def _expected(self, known: Sequence[Sensitive], here: Sensitive, read: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         # without insertions that state it again, what was identified is in the covariance
-        deviations = deviations_of(self.parameters, self.values) if self.insertions else np.zeros(len(self.parameters))
-        return expected_errors(known, here.rows(read), here.positions(), deviations)
+        known_of = self._before.deviations(self._deviations) if self.insertions else np.zeros(len(self.parameters))
+        return expected_errors(known, here.rows(read), here.positions(), known_of)
+
+    def _simply(self, by: str, training: Sequence[TipPath], path: TipPath) -> np.ndarray:
+        return predicted_simply(by, training, path, self._response)
+
+    @property
+    def _response(self) -> Spread | None:
+        return self.prior and self.prior.response
+
+    @cached_property
+    def _deviations(self) -> np.ndarray:
+        return deviations_of(self.parameters, self.values)
+
+    @cached_property
+    def _before(self) -> Spread:
+        """What was known of the parameters before the fit."""
+        return self.prior.spread if self.prior else Spread.wide(len(self.parameters))
+
+    @property
+    def found(self) -> Spread:
+        """What the fit knows of the parameters, in standard deviations of the wide priors."""
+        assert self.covariance is not None
+        return Spread(self._deviations, self.covariance)
+
+    @property
+    def response_found(self) -> Spread:
+        """What its insertions show of the response of a regression to the base."""
+        return response_shown(self.insertions, self._response)
 
     @cached_property
     def _errors(self) -> PathErrors:
@@ -283,4 +312,6 @@ class PathPredictor:
         stacked = np.array(slopes).reshape(len(slopes), *here.shape)
         if not self.insertions and self.covariance is not None:
             stacked = np.einsum("jk,jmd->kmd", np.linalg.cholesky(self.covariance), stacked)
+        elif self.prior:
+            stacked = np.einsum("jk,jmd->kmd", self._before.root, stacked)
         return Sensitive(readings_of(path, rows), here, stacked)

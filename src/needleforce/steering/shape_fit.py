@@ -153,7 +153,7 @@ def identify_shapes(
     parameters = within_reach(SHAPE_MODELS[model], needle.length, shapes)
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
-    fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)
+    fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.spread.covariance)
     fit = ShapeFit(fitted, found.estimates, found.trade_offs, {})
     off = {each.name: fit.predict(each)[:, :2] - each.points[:, :2] for each in shapes}
     rms = {name: float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))) for name, apart in off.items()}

@@ -16,10 +16,12 @@ from ..preset_files.schema import NeedleSection
 from .steering_model import SteeringModel, identified_model
 from .steering_parameters import ALIGNED, MODELS, SHAPE_MODELS, WRENCH_MODELS
 from .tip_paths import MAX_INSERTIONS, RANGES, TipPath
+from .tissue_prior import RESPONSES, Spread, TissuePrior
 
 _KNOWN = {p.name: p for models in (MODELS, WRENCH_MODELS, SHAPE_MODELS) for group in models.values() for p in group}
 # of how the needle is held, and of the tracker
 _OPTIONAL = {"guide_distance", "rotational_compliance", "pivot_stiffness", "lever", *ALIGNED}
+_DEVIATION = Range(-100.0, 100.0, "", "a mean over tissues is not a hundred times what was known before")
 _COVARIANCE = Range(-100.0, 100.0, "", "an error is not ten times what was known before")
 _NEXT = "Give a file that fit.save or needleforce steer identify --save wrote."
 
@@ -35,6 +37,16 @@ class InsertionRows(msgspec.Struct, forbid_unknown_fields=True):
     slope: list[list[float]] = []
 
 
+class PriorRows(msgspec.Struct, forbid_unknown_fields=True):
+    """What other tissues had shown: of the identified parameters (p,), (p, p), and of the response to the base."""
+
+    tissues: int
+    mean: list[float]
+    covariance: list[list[float]]
+    response: list[float]
+    response_covariance: list[list[float]]
+
+
 class SteeringFile(msgspec.Struct, forbid_unknown_fields=True):
     """The sections of a steering file, all in SI units."""
 
@@ -44,6 +56,7 @@ class SteeringFile(msgspec.Struct, forbid_unknown_fields=True):
     identified: list[str]
     covariance: list[list[float]]
     insertions: list[InsertionRows] = []
+    prior: PriorRows | None = None
 
 
 def save(model: SteeringModel, path: str | os.PathLike) -> None:
@@ -59,6 +72,8 @@ def save(model: SteeringModel, path: str | os.PathLike) -> None:
     ]
     values = ["[values]", *(f"{name} = {float(value)!r}" for name, value in model.values.items())]
     sections = [head, needle_lines(model.needle), values]
+    if prior := model.predictor.prior:
+        sections.append(_prior_lines(prior))
     sections += [_insertion(path) for path in model.predictor.insertions]
     with atomic_write(path) as file:
         file.write("\n\n".join("\n".join(lines) for lines in sections) + "\n")
@@ -100,10 +115,36 @@ def _model(found: SteeringFile) -> SteeringModel:
     _check(found, covariance)
     check_count("insertions", len(found.insertions), MAX_INSERTIONS, "$.insertions")
     insertions = tuple(_tip_path(each, f"$.insertions[{k}], {each.name}") for k, each in enumerate(found.insertions))
-    values = ALIGNED | found.values
     return identified_model(
-        found.steering, needle, values, parameters=parameters, covariance=covariance, insertions=insertions
+        found.steering,
+        needle,
+        ALIGNED | found.values,
+        parameters=parameters,
+        covariance=covariance,
+        insertions=insertions,
+        prior=_prior(found),
     )
+
+
+def _prior(found: SteeringFile) -> TissuePrior | None:
+    rows = found.prior
+    if rows is None:
+        return None
+    spread = _spread(rows.mean, rows.covariance, len(found.identified))
+    response = _spread(rows.response, rows.response_covariance, RESPONSES)
+    if not 1 <= rows.tissues <= MAX_INSERTIONS:
+        raise InputError("tissues of a prior", rows.tissues, f"must be 1 to {MAX_INSERTIONS}", "$.prior", _NEXT)
+    return TissuePrior(found.steering, tuple(found.identified), spread, response, rows.tissues)
+
+
+def _spread(mean: list[float], covariance: list[list[float]], count: int) -> Spread:
+    try:
+        numbers = in_range("mean of a prior", mean, _DEVIATION, _NEXT, (count,))
+        matrix = in_range("covariance of a prior", covariance, _COVARIANCE, _NEXT, (count, count))
+        _check_covariance(matrix)
+    except InputError as error:
+        raise error.at("$.prior") from None
+    return Spread(numbers, matrix)
 
 
 def _check(found: SteeringFile, covariance: np.ndarray) -> None:
@@ -116,6 +157,10 @@ def _check(found: SteeringFile, covariance: np.ndarray) -> None:
     if not any(set(names) <= set(found.values) for names in needed):
         missing = next(name for name in needed[0] if name not in found.values)
         raise InputError("values", ", ".join(found.values), f"{missing} is missing", "$.values", _NEXT)
+    _check_covariance(covariance)
+
+
+def _check_covariance(covariance: np.ndarray) -> None:
     if len(covariance) and not (
         np.allclose(covariance, covariance.T, rtol=1e-6) and np.linalg.eigvalsh(covariance)[0] > 0.0
     ):
@@ -135,6 +180,14 @@ def _check_values(found: SteeringFile) -> None:
         known = _KNOWN[name]
         allowed = Range(known.low, known.high, known.unit, known.meaning)
         in_range(name, value, allowed, "Correct the value.", (), place=lambda _: "$.values")
+
+
+def _prior_lines(prior: TissuePrior) -> list[str]:
+    return [
+        "[prior]", f"tissues = {prior.tissues}", f"mean = {_rows(prior.spread.mean)}",
+        f"covariance = {_rows(prior.spread.covariance)}", f"response = {_rows(prior.response.mean)}",
+        f"response_covariance = {_rows(prior.response.covariance)}",
+    ]  # fmt: skip
 
 
 def _tip_path(rows: InsertionRows, place: str) -> TipPath:

@@ -17,6 +17,7 @@ from .path_prediction import PathPredictor
 from .path_simulation import SimulatedPath, bevel_direction, guide_of, lateral_layers, simulated_path, tip_force_of
 from .steering_parameters import Parameter
 from .tip_paths import TipPath
+from .tissue_prior import TissuePrior
 
 
 @dataclass(frozen=True)
@@ -89,9 +90,10 @@ def identified_model(
     parameters: Sequence[Parameter],
     covariance: np.ndarray,
     insertions: tuple[TipPath, ...] = (),
+    prior: TissuePrior | None = None,
 ) -> SteeringModel:
     """A needle with the values that were identified, and what predicts its tip from the insertions of the fit."""
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values, insertions, parameters, covariance)
+    predictor = PathPredictor(partial(simulated_path, needle=needle), values, insertions, parameters, covariance, prior)
     return SteeringModel(form, values, needle, predictor)
 
 

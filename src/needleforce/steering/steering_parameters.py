@@ -10,6 +10,7 @@ import numpy as np
 
 from ..checks import one_of
 from .path_simulation import PATH_SPACING
+from .tissue_prior import ROBUST_FROM, Spread
 
 
 @dataclass(frozen=True)
@@ -125,8 +126,6 @@ def within_reach(parameters: Sequence[Parameter], length: float, insertions: Seq
     return tuple(replace(p, high=min(p.high, farthest)) if p.name == "guide_distance" else p for p in parameters)
 
 
-ROBUST_FROM = 2.0  # standard deviations
-
 Progress = Callable[[int, float], None]
 """Called with the number of evaluations and the cost."""
 
@@ -161,16 +160,19 @@ class Found:
     values: dict[str, float]
     estimates: tuple[SteeringEstimate, ...]
     trade_offs: tuple[tuple[str, str, float], ...]  # pairs whose errors have a correlation beyond 0.9
-    covariance: np.ndarray  # (p, p) of the errors, in standard deviations of the priors
+    spread: Spread  # estimates with the covariance of their errors, in standard deviations of the wide priors
 
 
 def search(
     parameters: Sequence[Parameter],
     misfit: Callable[[dict[str, float]], np.ndarray],
     progress: Progress | None = None,
+    prior: Spread | None = None,
+    start: np.ndarray | None = None,
 ) -> Found:
     """Minimise the misfit, values by name -> residuals in units of their standard deviations, of which large ones count
-    linearly, and the deviations from the priors."""
+    linearly, and the deviations from the wide priors, or from one that other tissues show; from its mean on, or from a
+    ``start`` in standard deviations of the wide priors."""
     from scipy.optimize import least_squares
 
     center, spread = np.array([p.inside(p.center) for p in parameters]), np.array([p.spread for p in parameters])
@@ -178,12 +180,13 @@ def search(
         (np.array([p.inside(edge) for p, edge in edges]) - center) / spread
         for edges in ([(p, p.low) for p in parameters], [(p, p.high) for p in parameters])
     )
-    calls, steps = 0, np.array([p.step for p in parameters])
+    calls, steps, prior = 0, np.array([p.step for p in parameters]), prior or Spread.wide(len(parameters))
 
     def residuals(deviations: np.ndarray) -> np.ndarray:
         nonlocal calls
         calls += 1
-        joined = np.concatenate([misfit(search_values(parameters, center + spread * deviations)), deviations])
+        values = search_values(parameters, center + spread * deviations)
+        joined = np.concatenate([misfit(values), prior.deviations(deviations)])
         if progress:
             progress(calls, 0.5 * float(joined @ joined))
         return joined
@@ -199,20 +202,22 @@ def search(
 
     # the last rows before a lost sensor, and whatever else is no noise, count linearly
     robust = {"loss": "soft_l1", "f_scale": ROBUST_FROM}
-    start = np.clip(0.0, low + steps, high - steps)  # the means of the priors
+    start = np.clip(prior.mean if start is None else start, low + steps, high - steps)
     solution = least_squares(residuals, start, slopes, (low, high), xtol=1e-5, ftol=1e-5, max_nfev=100, **robust)
-    return _found(parameters, center + spread * solution.x, solution.jac)
+    return _found(parameters, center + spread * solution.x, solution.jac, prior)
 
 
-def _found(parameters: Sequence[Parameter], numbers: np.ndarray, jacobian: np.ndarray) -> Found:
+def _found(parameters: Sequence[Parameter], numbers: np.ndarray, jacobian: np.ndarray, prior: Spread) -> Found:
     covariance = np.linalg.inv(jacobian.T @ jacobian)  # least_squares gives the Jacobian with the weights of the loss
     sd = np.sqrt(np.diag(covariance))
-    estimates = tuple(_estimate(p, x, each) for p, x, each in zip(parameters, numbers, sd))
+    narrowed = sd < 0.5 * np.sqrt(np.diag(prior.covariance))
+    estimates = tuple(_estimate(p, x, each, bool(less)) for p, x, each, less in zip(parameters, numbers, sd, narrowed))
     trade_offs = _trade_offs(parameters, covariance / np.outer(sd, sd))
-    return Found(search_values(parameters, numbers), estimates, trade_offs, covariance)
+    values = search_values(parameters, numbers)
+    return Found(values, estimates, trade_offs, Spread(deviations_of(parameters, values), covariance))
 
 
-def _estimate(parameter: Parameter, number: float, sd: float) -> SteeringEstimate:
+def _estimate(parameter: Parameter, number: float, sd: float, narrowed: bool) -> SteeringEstimate:
     low, high = (parameter.outside(number + side * 1.96 * sd * parameter.spread) for side in (-1, 1))
     return SteeringEstimate(
         name=parameter.name,
@@ -221,7 +226,7 @@ def _estimate(parameter: Parameter, number: float, sd: float) -> SteeringEstimat
         value=parameter.outside(number),
         low=max(low, parameter.low),
         high=min(high, parameter.high),
-        identifiable=bool(sd < 0.5),
+        identifiable=narrowed,
     )
 
 

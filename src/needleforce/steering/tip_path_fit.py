@@ -4,6 +4,7 @@ leave unexplained aside."""
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,12 +13,14 @@ from .. import core
 from ..checks import one_of
 from ..errors import InputError
 from .path_errors import PathErrors
-from .path_prediction import SIMPLE, readings_of, residuals_of
+from .path_prediction import readings_of, residuals_of
 from .path_simulation import simulated_path
 from .result import SteeringResult
+from .simple_predictors import SIMPLE
 from .steering_model import identified_model
 from .steering_parameters import MODELS, Progress, held_at, search, within_reach
 from .tip_paths import TipPath
+from .tissue_prior import TissuePrior
 
 if TYPE_CHECKING:
     from ..display.page import Figure
@@ -28,9 +31,13 @@ MAX_ANGLE = np.radians(30.0)
 _ANSWER_LENGTH = 0.03  # [m] of depth over which the answer of the tip falls
 
 
+@dataclass(frozen=True, repr=False)
 class SteeringFit(SteeringResult):
     """A needle identified from tip paths; ``rms`` is the lateral error of each insertion's prediction from its entry
-    [m], while it is in the fit."""
+    [m], while it is in the fit, and ``contradicted`` by how many standard deviations, more than two, parameters lie
+    outside a given prior."""
+
+    contradicted: dict[str, float] = field(default_factory=dict)
 
     def predict(self, path: TipPath, by: str = "prediction") -> np.ndarray:
         """The tip for the base's motion of an insertion, whose pose is taken from its rows before the base moves.
@@ -72,7 +79,7 @@ class SteeringFit(SteeringResult):
         """Insertion -> root mean square lateral error of its prediction when it is left out of the fit [m]; linear in
         the parameters. Empty for one insertion."""
         predictor = self.model.predictor
-        return {name: each.rms("prediction", predictor.weight) for name, each in predictor.left_out.items()}
+        return {name: each.rms("prediction", predictor.weight_in(each)) for name, each in predictor.left_out.items()}
 
     @property
     def compared(self) -> dict[str, float]:
@@ -80,21 +87,33 @@ class SteeringFit(SteeringResult):
         ones, or of all if none is. Empty for one insertion."""
         predictor = self.model.predictor
         names = ("prediction", "mechanics", *SIMPLE) if predictor.left_out else ()
-        return {by: float(np.median([each.rms(by, predictor.weight) for each in predictor.judged])) for by in names}
+        judged = [(each, predictor.weight_in(each)) for each in predictor.judged]
+        return {by: float(np.median([each.rms(by, weight) for each, weight in judged])) for by in names}
 
     def remarks(self) -> list[str]:
         """What a reader should know of the intervals, and how well simple models predict."""
-        doubts = [f"{path.name}: {doubt}" for path in self.model.predictor.insertions for doubt in path.doubts]
+        predictor = self.model.predictor
+        doubts = [f"{path.name}: {doubt}" for path in predictor.insertions for doubt in path.doubts]
+        if self.contradicted:
+            off = ", ".join(f"{name} by {each:.1f}" for name, each in self.contradicted.items())
+            doubts.append(f"the data contradict the prior, which is widened there; standard deviations: {off}")
+        return [*doubts, *super().remarks(), *self._comparison()]
+
+    def _comparison(self) -> list[str]:
         if not (compared := self.compared):
-            return [*doubts, *super().remarks()]
+            return []
         predictor, best = self.model.predictor, min(SIMPLE, key=lambda by: compared[by])
         sizes = ", ".join(f"{by} {1e3 * error:.2f}" for by, error in compared.items())
-        line = f"error of left-out insertions in mm: {sizes}; the mechanics have a weight of {predictor.weight:.0%}"
+        line = f"error of left-out insertions in mm: {sizes}"
+        if not predictor.compares:
+            return [f"{line}; with less than two steered ones, expected errors weigh mechanics and regression"]
+        share = compared["prediction"] / compared[best]
+        line += f"; the mechanics have a weight of {predictor.weight:.0%}"
+        line += f", and the error is {share:.0%} of that of the best simple predictor, the {best}"
         # in each: of two insertions, the median alone is often lower by chance
-        as_well = [each.rms(best) <= each.rms("prediction", predictor.weight) for each in predictor.judged]
-        if predictor.compares and all(as_well):
+        if all(each.rms(best) <= each.rms("prediction", predictor.weight) for each in predictor.judged):
             line += f". The {best} predicts them as well: take predict(path, by='{best}')"
-        return [*doubts, *super().remarks(), line]
+        return [line]
 
 
 def identify_paths(
@@ -103,33 +122,48 @@ def identify_paths(
     *,
     model: str = "yielding",
     held: str = "guide",
+    prior: TissuePrior | None = None,
     progress: Progress | None = None,
 ) -> SteeringFit:
     """Identify tissue, tip and guide from tip paths: ``nf.steering.identify`` for ``TipPath``.
 
     The bending stiffness of the needle scales all forces and stiffnesses: tip paths alone give their ratios to it.
     ``model`` is a ``"linear"`` foundation, or ``"yielding"``: tissue that the shaft pushes aside beyond a force per
-    length. Raises InputError if the model is unknown, there is no insertion, the tip is not tracked for three rows, or
-    it was recorded in another frame than the base.
+    length. ``prior`` is that of ``nf.steering.prior``. Raises InputError if the model is unknown, the prior is not of
+    its parameters, there is no insertion, the tip is not tracked for three rows, or it was recorded in another frame
+    than the base.
     """
     one_of("model", model, MODELS)
     if not insertions or any(len(path) < 3 for path in insertions):
         limit = "needed with a tip in at least three rows each"
         raise InputError("insertions", len(insertions), limit, next_step="Give nf.steering.read(file).")
     check_frame(insertions)
+    parameters = within_reach(held_at(MODELS[model], held), needle.length, insertions)
+    if prior and prior.names != tuple(parameter.name for parameter in parameters):
+        given = f"{len(prior.names)} parameters of the {prior.form} model"
+        step = "Make it of fits with the same model and held."
+        raise InputError("prior", given, f"others than those of {model} with held={held!r}", next_step=step)
     errors = PathErrors([readings_of(path) for path in insertions])
 
     def misfit(values: dict[str, float]) -> np.ndarray:
         parts = [residuals_of(simulated_path(values, path, needle=needle), path) for path in insertions]
         return errors.whitened(parts).ravel()
 
-    parameters = within_reach(held_at(MODELS[model], held), needle.length, insertions)
-    found = search(parameters, misfit, progress)
+    found, against = search(parameters, misfit, progress), dict[str, float]()
+    if prior:
+        against, prior = prior.contradicted(found.spread), prior.widened(found.spread)
+        found = search(parameters, misfit, progress, prior.spread, found.spread.mean)
     fitted = identified_model(
-        model, needle, found.values, parameters=parameters, covariance=found.covariance, insertions=tuple(insertions)
+        model,
+        needle,
+        found.values,
+        parameters=parameters,
+        covariance=found.spread.covariance,
+        insertions=tuple(insertions),
+        prior=prior,
     )
     rms = {path.name: fitted.predictor.rms(path) for path in insertions}
-    return SteeringFit(fitted, found.estimates, found.trade_offs, rms)
+    return SteeringFit(fitted, found.estimates, found.trade_offs, rms, contradicted=against)
 
 
 class Response(NamedTuple):

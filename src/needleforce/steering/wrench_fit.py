@@ -181,7 +181,7 @@ def identify_wrenches(
     parameters = within_reach(held_at(WRENCH_MODELS[model], held), needle.length, insertions)
     found = search(parameters, misfit, progress)
     values = found.values | ALIGNED
-    fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.covariance)
+    fitted = identified_model(model, needle, values, parameters=parameters, covariance=found.spread.covariance)
     left = {each.name: _simulated(values, each, needle) - each.lateral for each in insertions}
     rms = {name: np.sqrt(np.mean(apart**2, axis=0)) for name, apart in left.items()}
     return WrenchFit(fitted, found.estimates, found.trade_offs, rms)
