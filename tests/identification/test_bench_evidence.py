@@ -17,6 +17,11 @@ from needleforce.identification import fit_indentation, fit_unloading
 from needleforce.identification.statistics.evidence import curve_noise, departure, residual_departure, start_slope
 
 
+def few_daily(cases, every):
+    """One of so many cases each day, the others with all repetitions."""
+    return [case if k % every == 0 else pytest.param(case, marks=pytest.mark.long) for k, case in enumerate(cases)]
+
+
 def run(*arguments):
     return CliRunner().invoke(app, [str(each) for each in arguments])
 
@@ -78,7 +83,7 @@ FUNG = (2, 1.2), (2, 1.4), (5, 1.1), (5, 1.2), (5, 1.4), (10, 1.1), (10, 1.2), (
 OTHER_LAWS |= {f"Fung, b = {b}, to {end}": (fung, b, end) for b, end in FUNG}
 
 
-@pytest.mark.parametrize("name", OTHER_LAWS)
+@pytest.mark.parametrize("name", few_daily(OTHER_LAWS, 3))
 def test_a_law_that_passes_for_another_has_the_modulus_in_its_interval(name, many):
     law, shape, end = OTHER_LAWS[name]
     stretch, count, inside = np.linspace(1.0, end, 80), many(3, 60), 0
@@ -205,12 +210,15 @@ def test_the_entry_and_the_maximum_are_those_of_the_curve(name, many):
 TOO_EARLY = "a zero that steps after 20 to 25 readings is not noticed: its level has too few"
 
 
+ZEROS = (0.02, 0), (-0.05, 0), (0.05, 0), (-0.1, 0), (0.1, 0), (0, 0.1), (0, 0.05), (0, 0.3), (0, 1.0), (0, -0.2)
+
+
+@pytest.mark.parametrize("zero", few_daily(ZEROS, 3), ids=str)
 @pytest.mark.parametrize(
-    "drift, step",
-    [(-0.1, 0), (-0.05, 0), (0.02, 0), (0.05, 0), (0.1, 0), (0, 0.05), (0, 0.1), (0, 0.3), (0, -0.2), (0, 1.0)],
+    "earliest", [0.5e-3, pytest.param(0.4e-3, marks=[pytest.mark.xfail(reason=TOO_EARLY), pytest.mark.long])]
 )
-@pytest.mark.parametrize("earliest", [0.5e-3, pytest.param(0.4e-3, marks=pytest.mark.xfail(reason=TOO_EARLY))])
-def test_a_zero_that_drifts_or_steps_before_contact_is_taken_off(drift, step, earliest, many):
+def test_a_zero_that_drifts_or_steps_before_contact_is_taken_off(zero, earliest, many):
+    drift, step = zero
     case, count, inside, named = PENETRATION["film after free travel"], many(4, 60), 0, 0
     for seed in range(count):
         travel, force = case.curve(seed)
@@ -269,7 +277,7 @@ def test_modulus_and_hardness_of_a_plastic_indentation(name, many):
     assert inside >= 0.9 * count - 1
 
 
-@pytest.mark.parametrize("slope", [0.0, 0.03, -0.05, 0.1, -0.1, 0.15, 0.2, -0.2, 0.3, 0.5, 1.0])
+@pytest.mark.parametrize("slope", few_daily([0.0, 0.15, -0.05, 0.03, -0.1, 0.1, 0.2, -0.2, 0.3, 0.5, 1.0], 3))
 def test_a_baseline_with_a_slope_is_part_of_the_fit(slope, many):
     tip, count, inside, said = nf.tips.Paraboloid(1e-5), many(8, 100), 0, 0
     for seed in range(count):

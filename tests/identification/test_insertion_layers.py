@@ -78,7 +78,12 @@ SITUATIONS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SITUATIONS)
+DAILY = "two walls", "skin, then fat, at 100 Hz", "four walls", "correlated noise", "the second higher and sharp"
+
+
+@pytest.mark.parametrize(
+    "name", [name if name in DAILY else pytest.param(name, marks=pytest.mark.long) for name in SITUATIONS]
+)
 def test_every_layer_has_its_peak_and_its_place(name, many):
     """Of the intervals of tops, depths, forces and indentations at 95 %, half of one in ten may miss."""
     situation, missed, count = SITUATIONS[name], [], 0
