@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _REFRESH_S = 0.1  # between two looks of the panel
 _MAX_POINTS = 3000  # of the curve in the panel
-_SHOWN_EVENTS = 8  # the newest ones
+_SHOWN_EVENTS = 6  # the newest ones
 _BAR = 40  # characters
 _LETTERS = {"contact": "C", "puncture": "P", "exit": "E"}  # in the curve
 
@@ -101,16 +101,18 @@ class _Panel(View):
             text.append(f"stalled: no row for {self._waiting:.0f} s\n", style="bold red")
         marks = [(1e3 * e.depth, _force_at(depth, force, e.depth), _LETTERS[e.kind])
                  for e in self._events if e.kind in _LETTERS]  # fmt: skip
-        text.append(terminal_plot(1e3 * depth, force, "depth [mm]", "force [N]", marks, height=10) + "\n\n")
+        text.append(terminal_plot(1e3 * depth, force, "depth [mm]", "force [N]", marks, height=8) + "\n\n")
         for name, value in facts(now):
             text.append(f"{name:>8}  ").append(value, style="bold")
             text.append(f"  {_bar(now['force_N'], force)}\n" if name == "force" else "\n")
-        for name, value in learnt(now):
-            text.append(f"{name:>24}  ").append(f"{value}\n", style="bold")
+        text.append("\n")
         for event in self._events[-_SHOWN_EVENTS:]:
             style = "bold red" if event.kind == "puncture" and event.probability > 0.5 else ""
             cells = "  ".join(f"{each:>10}" for each in event_cells(event)[1:])
             text.append(f"{event.kind:>8}  {cells}\n", style)
+        text.append("\n")
+        for name, value in learnt(now):
+            text.append(f"{name:>30}  ").append(f"{value}\n", style="bold")
         return text
 
 
@@ -179,7 +181,7 @@ def view_of(plain: bool) -> Iterator[View]:
     from rich.console import Console
     from rich.live import Live
 
-    with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
+    with Live(console=Console(stderr=True), auto_refresh=False, transient=True, vertical_overflow="crop") as live:
         yield _Panel(live)
 
 
