@@ -16,19 +16,23 @@ def installed(module: str) -> bool:
 
 
 def window(time: np.ndarray, off: np.ndarray) -> np.ndarray:
-    """Fall between the two parts of the last 300 ms, as ruptures parts them, in standard deviations of it."""
+    """Fall between the two parts of the last 300 ms, as ruptures parts them, in standard deviations of it. Faster
+    readings are taken together, for its work grows with the square of their number."""
     from ruptures import KernelCPD
 
-    statistic, due = np.zeros(len(off)), -np.inf
-    search = KernelCPD(kernel="linear", min_size=2)
-    for i, low in enumerate(np.searchsorted(time, time - WINDOW)):
-        if time[i] < due or i - low < 6:
-            statistic[i] = statistic[i - 1]
+    statistic, search = np.zeros(len(off)), KernelCPD(kernel="linear", min_size=2)
+    blocks, first, due = [], 0, time[0]
+    for i, now in enumerate(time):
+        statistic[i] = statistic[i - 1]
+        if now < due:
             continue
-        due = time[i] + EVERY - 1e-6
-        seen = off[low : i + 1]
-        part, n = search.fit(seen).predict(n_bkps=1)
-        statistic[i] = (seen[:part].mean() - seen[part:].mean()) * np.sqrt(part * (n - part) / n)
+        blocks.append((now, off[first : i + 1].sum() / np.sqrt(i + 1 - first)))  # of unit variance, too
+        first, due = i + 1, now + EVERY - 1e-6
+        blocks = [block for block in blocks if block[0] > now - WINDOW]
+        if len(blocks) > 6:
+            seen = np.array([value for _, value in blocks])
+            part, n = search.fit(seen).predict(n_bkps=1)
+            statistic[i] = (seen[:part].mean() - seen[part:].mean()) * np.sqrt(part * (n - part) / n)
     return statistic
 
 

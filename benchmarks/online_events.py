@@ -151,7 +151,7 @@ def margin(stream: Stream) -> int:
 def threshold(streams: list[Stream], detect: Callable, most: float = 0.1) -> float:
     """The lowest threshold with at most so many false alarms an insertion, to 2 %."""
     finders = [detect(stream) for stream in streams]
-    low, high = 1e-2, 1e6
+    low, high = 1e-2, 1e3
     while high > 1.02 * low:
         middle = (low * high) ** 0.5
         found = [find(middle) for find in finders]

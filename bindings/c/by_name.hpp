@@ -3,6 +3,8 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+#include <cstdint>
 #include <cstring>
 #include <span>
 #include <tuple>
@@ -22,6 +24,17 @@ inline bool refuse(nf_fault& why, const char* law, const char* quantity, const c
                    double value = 0.0, double low = 0.0, double high = 0.0) noexcept {
   why = {why.layer, law, quantity, reason, value, low, high};
   return false;
+}
+
+/// True if this memory can hold a T; otherwise false and `why`.
+template <class T>
+bool holds(const void* memory, std::size_t size, nf_fault& why) noexcept {
+  static_assert(alignof(T) <= alignof(double));
+  if (!memory || size < sizeof(T))
+    return refuse(why, "memory", "size", "is less than what it needs", double(size), double(sizeof(T)));
+  if (reinterpret_cast<std::uintptr_t>(memory) % alignof(T))
+    return refuse(why, "memory", "address", "is not aligned as a double");
+  return true;
 }
 
 /// The parameters given, up to the one without a name.

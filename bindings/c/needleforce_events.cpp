@@ -6,7 +6,7 @@
 #include <span>
 #include <type_traits>
 
-#include "in_memory.hpp"
+#include "by_name.hpp"
 #include "needleforce/events/event_detector.hpp"
 
 using namespace needleforce;

@@ -74,6 +74,10 @@ def test_a_detection_states_what_was_found_and_a_copy_goes_its_own_way():
     assert watch.status == "learning"
     assert other.status == "ok"
     assert watch.settings == other.settings
+    watch.restore(other.save())
+    assert watch.status == "ok"
+    with pytest.raises(nf.InputError, match="not of this version and these settings, or altered"):
+        nf.EventDetector().restore(other.save())
 
 
 @pytest.mark.parametrize("bad", [{"within": 0.0}, {"share": 1.5}, {"false_alarms": float("nan")}, {"drop": 1.0}])
