@@ -94,10 +94,11 @@ void bind_online(nb::module_& module) {
           [](OnlineIdentifier* self, const std::vector<std::vector<Pair>>& layers, std::size_t count,
              bool same_tissue, double radius, const Tip& tip, const OnlineSettings& settings,
              const events::EventSettings& watched) {
-            new (self) OnlineIdentifier(prior_from(layers, count, same_tissue, radius, tip), settings, watched);
+            new (self)
+                OnlineIdentifier(prior_from(layers, count, same_tissue, radius, tip), settings, watched);
           },
-          nb::arg("layers"), nb::arg("count"), nb::arg("same_tissue"), nb::arg("radius"), nb::arg("tip"), nb::arg("settings"),
-          nb::arg("watched"))
+          nb::arg("layers"), nb::arg("count"), nb::arg("same_tissue"), nb::arg("radius"), nb::arg("tip"),
+          nb::arg("settings"), nb::arg("watched"))
       .def(
           "step",
           [](OnlineIdentifier& self, double force, double depth, double dt) -> std::optional<Detection> {

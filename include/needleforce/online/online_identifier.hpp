@@ -318,7 +318,8 @@ class OnlineIdentifier {
   void watch_rupture() noexcept {
     if (force_ > 0.95 * rupture_force_)
       regime_ = whole_;
-    else if (depth_ - rupture_depth_ > 1e-3) end_rupture(depth_);
+    else if (depth_ - rupture_depth_ > 1e-3)
+      end_rupture(depth_);
   }
   /// Whether a force is expected here that depends on the parameters.
   bool measures() noexcept {
@@ -517,11 +518,13 @@ class OnlineIdentifier {
   /// Share of the force by which a contact of unknown law may be off beyond what was seen: its exponent is
   /// known to 0.8 after a millimetre, and better with the root of what was seen.
   double error_of_law(double depth) const noexcept {
-    const bool known = prior_.same_tissue && prior_.layer[std::min(pierced_, most_layers - 1)].modulus.known();
+    const bool known =
+        prior_.same_tissue && prior_.layer[std::min(pierced_, most_layers - 1)].modulus.known();
     if (outwards_ || known) return 0.0;
     const double seen = std::max(depth_ - intact_from_, settings_.spacing);
     const double exponent = std::min(1.5, 0.8 * std::sqrt(1e-3 / seen));
-    return std::pow(1.0 + std::max(depth - depth_, 0.0) / std::max(depth_ - contact_from(), seen), exponent) - 1.0;
+    return std::pow(1.0 + std::max(depth - depth_, 0.0) / std::max(depth_ - contact_from(), seen), exponent) -
+           1.0;
   }
   /// Somewhere in this travel tissue may begin, of the prior's modulus or one of a soft tissue.
   void add_contact(Forces& forces, double travel) const noexcept {
@@ -552,7 +555,8 @@ class OnlineIdentifier {
   std::size_t count_ = lengths, waiting_ = 0, pierced_ = 0, changes_ = 0;
   bool started_ = false, outwards_ = false, withdraws_ = false, resting_ = false, broken_ = true;
   double depth_ = 0.0, force_ = 0.0, time_ = 0.0, speed_ = 0.0, deepest_ = -1e9, rest_depth_ = 0.0;
-  double intact_from_ = 0.0, rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
+  double intact_from_ = 0.0, rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0,
+         lowest_ = 1e9, lowest_depth_ = 0.0;
   double surprise_ = 0.0, surprise_count_ = 0.0;
 };
 
