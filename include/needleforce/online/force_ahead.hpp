@@ -16,9 +16,32 @@ namespace needleforce::online {
 template <std::size_t capacity>
 class Mixture {
  public:
+  struct Part {
+    double weight, mean, sd;
+  };
+  std::size_t count() const noexcept { return count_; }
+  const Part& part(std::size_t i) const noexcept { return parts_[i]; }
+
   void add(double weight, double mean, double variance) noexcept {
     if (count_ < capacity && weight > 0.0)
       parts_[count_++] = {weight, mean, std::sqrt(std::max(variance, 1e-24))};
+  }
+  /// The whole mixture with a weight.
+  template <std::size_t other>
+  void add(double weight, const Mixture<other>& mixture) noexcept {
+    for (std::size_t i = 0; i < mixture.count(); ++i) {
+      const auto& part = mixture.part(i);
+      add(weight * part.weight, part.mean, part.sd * part.sd);
+    }
+  }
+  double density(double x) const noexcept {
+    double sum = 0.0, weights = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double off = (x - parts_[i].mean) / parts_[i].sd;
+      sum += parts_[i].weight / parts_[i].sd * std::exp(-0.5 * std::min(off * off, 200.0));
+      weights += parts_[i].weight;
+    }
+    return weights > 0.0 ? sum / weights : 0.0;
   }
   double mean() const noexcept {
     double sum = 0.0, weights = 0.0;
@@ -52,9 +75,6 @@ class Mixture {
   }
 
  private:
-  struct Part {
-    double weight, mean, sd;
-  };
   std::array<Part, capacity> parts_{};
   std::size_t count_ = 0;
 };

@@ -107,23 +107,17 @@ class OnlineIdentifier {
   ForceAhead ahead(double travel) const noexcept {
     ForceAhead result;
     const NextPuncture next = next_puncture();
-    const bool cuts = !outwards_ && (regime_ == Regime::contact || regime_ == Regime::sliding);
-    const Weights weights = this->weights();
-    std::array<Slots, members> theta;
-    for (std::size_t m = 0; m < count_; ++m) theta[m] = bank_[m].information.mean();
+    const Bank bank = this->bank();
     for (std::size_t i = 0; i < ForceAhead::points; ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(ForceAhead::points - 1);
       const double depth = depth_ + (outwards_ ? -1.0 : 1.0) * share * travel;
-      const double whole = cuts ? 1.0 - next.between(depth_, depth) : 1.0;
       Forces forces;
-      for (std::size_t m = 0; m < count_; ++m) add_forces(forces, whole * weights[m], m, theta[m], depth);
-      if (regime_ == Regime::free)
-        add_contact(forces, std::abs(depth - depth_));
-      else
-        add_after_puncture(forces, 1.0 - whole, forces.mean());
+      const double like = like_earlier(depth) ? likely(share * travel) : 0.0;
+      forces.add(1.0 - like, by_law(bank, next, depth));
+      add_likeness(forces, like, depth);
       result.at[i] = {depth, forces.quantile(0.5), forces.quantile(0.025), forces.quantile(0.975)};
     }
-    if (!cuts) return result;
+    if (!cuts()) return result;
     result.puncture_probability = next.between(depth_, depth_ + travel);
     result.earliest = next.quantile(depth_, 0.025);
     result.puncture_depth = next.quantile(depth_, 0.5);
@@ -137,7 +131,7 @@ class OnlineIdentifier {
   static constexpr std::array<double, 4> held{1.5e-3, 6e-3, 1e9, 1e9};
   static constexpr double leap = 5e-3, fastest = 1.0;  // as the detector has it
   using Weights = std::array<double, members>;
-  using Forces = Mixture<members + 1>;
+  using Forces = Mixture<members + 2>;
 
   // ---- what is expected before a layer is touched
 
@@ -309,6 +303,7 @@ class OnlineIdentifier {
     if (regime_ == Regime::unknown && status() == events::StreamStatus::ok) regime_ = Regime::free;
     if (resting_ && std::abs(depth - rest_depth_) > settings_.spacing) resting_ = false;
     if (regime_ == Regime::rupture) watch_rupture();
+    for (Check& check : checks_) compare(check);
     if (status() == events::StreamStatus::stuck) return interrupt();
     if (!measures()) return;
     collect(force, depth);
@@ -533,6 +528,78 @@ class OnlineIdentifier {
     const double force = (prior.known() ? prior.mean + prior.sd : 1e5) * contact_.force(0.5 * travel);
     forces.add(travel / (travel + 5e-3), force, force * force);
   }
+  /// Weights and means of all hypotheses.
+  struct Bank {
+    Weights weight{};
+    std::array<Slots, members> theta{};
+  };
+  Bank bank() const noexcept {
+    Bank result{weights(), {}};
+    for (std::size_t m = 0; m < count_; ++m) result.theta[m] = bank_[m].information.mean();
+    return result;
+  }
+  bool cuts() const noexcept {
+    return !outwards_ && (regime_ == Regime::contact || regime_ == Regime::sliding);
+  }
+  Forces by_law(const Bank& bank, const NextPuncture& next, double depth) const noexcept {
+    const double whole = cuts() ? 1.0 - next.between(depth_, depth) : 1.0;
+    Forces forces;
+    for (std::size_t m = 0; m < count_; ++m)
+      add_forces(forces, whole * bank.weight[m], m, bank.theta[m], depth);
+    if (regime_ == Regime::free)
+      add_contact(forces, std::abs(depth - depth_));
+    else
+      add_after_puncture(forces, 1.0 - whole, forces.mean());
+    return forces;
+  }
+
+  // ---- likeness to earlier insertions
+
+  double indentation(double depth) const noexcept { return depth - layers_[0].top; }
+  /// Whether earlier insertions have been at this depth.
+  bool like_earlier(double depth) const noexcept {
+    return layers_[0].touched && !outwards_ && prior_.earlier.known(indentation(depth));
+  }
+  /// Probability that this insertion is like the earlier ones, for a force so far ahead [m].
+  double likely(double travel) const noexcept {
+    const double share = std::clamp((travel - checks_[0].travel) / (checks_[1].travel - checks_[0].travel), 0.0, 1.0);
+    const double weight = (1.0 - share) * checks_[0].weight + share * checks_[1].weight;
+    return 1.0 / (1.0 + std::exp(-weight));
+  }
+  Likeness::Foreseen by_likeness(double depth) const noexcept {
+    return likeness_.ahead(prior_.earlier, indentation(depth_), indentation(depth), force_);
+  }
+  void add_likeness(Forces& forces, double weight, double depth) const noexcept {
+    if (!like_earlier(depth)) return;
+    const Likeness::Foreseen foreseen = by_likeness(depth);
+    const double noise = watch_.noise();
+    forces.add(weight, foreseen.mean, foreseen.variance + noise * noise);
+  }
+  /// What law and likeness foresaw for a depth, and by how much likeness was the better one so far.
+  struct Check {
+    double travel = 1e-3, weight = 2.0, depth = -1e9;
+    Likeness::Foreseen like{};
+    Forces by_law{}, by_likeness{};
+  };
+  /// Once in each such travel: which of the two foresaw this force, and what they foresee now.
+  void compare(Check& check) noexcept {
+    const bool asked = check.depth > -1e8;
+    if (asked && depth_ < check.depth) return;
+    if (asked) {
+      const double better = (check.by_likeness.density(force_) + 1e-3) / (check.by_law.density(force_) + 1e-3);
+      check.weight = std::clamp(0.9 * check.weight + std::log(better), -8.0, 8.0);
+      likeness_.came(check.like, force_);
+    }
+    check.depth = -1e9;
+    const double depth = depth_ + check.travel;
+    if (!like_earlier(depth) || resting_) return;
+    check.depth = depth;
+    check.by_law = by_law(bank(), next_puncture(), depth);
+    check.like = by_likeness(depth);
+    check.by_likeness = {};
+    add_likeness(check.by_likeness, 1.0, depth);
+  }
+
   void add_after_puncture(Forces& forces, double weight, double before) const noexcept {
     const Expected& prior = prior_.layer[std::min(pierced_, most_layers - 1)].remainder;
     const Expected left = prior.known() ? prior : Expected{0.55, 0.25};
@@ -549,6 +616,8 @@ class OnlineIdentifier {
   std::array<LayerLearnt, most_layers> layers_{};
   std::array<double, most_layers> tops_{};
   Learnt surface_{};
+  Likeness likeness_{};
+  std::array<Check, 2> checks_{};
   Reading last_{};
   Open open_{};
   Regime regime_ = Regime::unknown, whole_ = Regime::unknown;

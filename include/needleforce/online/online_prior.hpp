@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "../tip.hpp"
+#include "earlier_insertions.hpp"
 
 namespace needleforce::online {
 
@@ -34,6 +35,7 @@ struct OnlinePrior {
   double radius = 0.1;       ///< of the shank, where the contact stops growing [m]
   Tip tip{tips::Cone{45.0 * tips::degree}};
   std::array<LayerPrior, most_layers> layer{};
+  EarlierInsertions earlier{};
 };
 
 }  // namespace needleforce::online
