@@ -97,10 +97,10 @@ void bind_online(nb::module_& module) {
       .def(
           "__init__",
           [](OnlineIdentifier* self, const std::vector<std::vector<Pair>>& layers, std::size_t count,
-             bool same_tissue, double radius, const Tip& tip, const std::vector<Pair>& earlier, double spacing,
-             const OnlineSettings& settings, const events::EventSettings& watched) {
-            new (self)
-                OnlineIdentifier(prior_from(layers, count, same_tissue, radius, tip, earlier, spacing), settings, watched);
+             bool same_tissue, double radius, const Tip& tip, const std::vector<Pair>& earlier,
+             double spacing, const OnlineSettings& settings, const events::EventSettings& watched) {
+            new (self) OnlineIdentifier(prior_from(layers, count, same_tissue, radius, tip, earlier, spacing),
+                                        settings, watched);
           },
           nb::arg("layers"), nb::arg("count"), nb::arg("same_tissue"), nb::arg("radius"), nb::arg("tip"),
           nb::arg("earlier"), nb::arg("spacing"), nb::arg("settings"), nb::arg("watched"))

@@ -117,6 +117,27 @@ struct NextPuncture {
   static constexpr double soon = 1e-3;  // travel after which half of the layers of an unknown tissue hold
 };
 
+/// Slope of the force over the last third of a millimetre [N/m].
+class SlopeLately {
+ public:
+  void restart() noexcept { *this = {}; }
+  void add(double force, double depth) noexcept {
+    const double kept = weight_ > 0.0 ? std::exp(-std::abs(depth - last_) / 3e-4) : 0.0;
+    last_ = depth;
+    weight_ = kept * weight_ + 1.0;
+    const double share = 1.0 / weight_, away = depth - depth_, off = force - force_;
+    depth_ += share * away;
+    force_ += share * off;
+    spread_ = (1.0 - share) * (spread_ + share * away * away);
+    together_ = (1.0 - share) * (together_ + share * away * off);
+  }
+  bool known() const noexcept { return spread_ > 1e-8; }  // a tenth of a millimetre, squared
+  double value() const noexcept { return together_ / spread_; }
+
+ private:
+  double weight_ = 0.0, last_ = 0.0, depth_ = 0.0, force_ = 0.0, spread_ = 0.0, together_ = 0.0;
+};
+
 struct PointAhead {
   double depth = 0.0, force = 0.0, low = 0.0, high = 0.0;
 };

@@ -306,6 +306,7 @@ class OnlineIdentifier {
     for (Check& check : checks_) compare(check);
     if (status() == events::StreamStatus::stuck) return interrupt();
     if (!measures()) return;
+    lately_.add(force, depth);
     collect(force, depth);
     settle_older(time_ - watch_.settings().within);
   }
@@ -336,6 +337,7 @@ class OnlineIdentifier {
     return withdraws_ && depth_ > tops_[0];
   }
   void interrupt() noexcept {
+    lately_.restart();
     open_ = {};
     broken_ = true;
   }
@@ -507,7 +509,15 @@ class OnlineIdentifier {
         std::hypot(noise, settings_.roughness * std::max(std::abs(mean), std::abs(now.force)));
     const double texture =
         each.scale * size * size * (1.0 - rho * rho) * (each.seen + 5.0) / (each.seen + 3.0);
-    const double law = mean * error_of_law(depth);
+    double law = mean * error_of_law(depth);
+    if (lately_.known() && !outwards_ && travel > 0.0) {
+      // where the force does not grow as the law has it, it may continue as it did lately
+      const double near = std::min(travel, 3e-4);
+      double grows = 0.0;
+      const Slots close = by_parameters(depth_ + near);
+      for (std::size_t i = 0; i < each.information.size(); ++i) grows += (close[i] - now.by[i]) * theta[i];
+      law = std::hypot(law, (lately_.value() * near - grows) * std::min(travel, 2e-3) / near);
+    }
     forces.add(weight, mean, each.information.variance(apart) + texture + law * law + noise * noise);
   }
   /// Share of the force by which a contact of unknown law may be off beyond what was seen: its exponent is
@@ -562,7 +572,8 @@ class OnlineIdentifier {
   }
   /// Probability that this insertion is like the earlier ones, for a force so far ahead [m].
   double likely(double travel) const noexcept {
-    const double share = std::clamp((travel - checks_[0].travel) / (checks_[1].travel - checks_[0].travel), 0.0, 1.0);
+    const double share =
+        std::clamp((travel - checks_[0].travel) / (checks_[1].travel - checks_[0].travel), 0.0, 1.0);
     const double weight = (1.0 - share) * checks_[0].weight + share * checks_[1].weight;
     return 1.0 / (1.0 + std::exp(-weight));
   }
@@ -586,7 +597,8 @@ class OnlineIdentifier {
     const bool asked = check.depth > -1e8;
     if (asked && depth_ < check.depth) return;
     if (asked) {
-      const double better = (check.by_likeness.density(force_) + 1e-3) / (check.by_law.density(force_) + 1e-3);
+      const double better =
+          (check.by_likeness.density(force_) + 1e-3) / (check.by_law.density(force_) + 1e-3);
       check.weight = std::clamp(0.9 * check.weight + std::log(better), -8.0, 8.0);
       likeness_.came(check.like, force_);
     }
@@ -618,6 +630,7 @@ class OnlineIdentifier {
   Learnt surface_{};
   Likeness likeness_{};
   std::array<Check, 2> checks_{};
+  SlopeLately lately_{};
   Reading last_{};
   Open open_{};
   Regime regime_ = Regime::unknown, whole_ = Regime::unknown;
