@@ -36,11 +36,16 @@ LayerPrior layer_from(const std::vector<Pair>& row) {
 }
 
 OnlinePrior prior_from(const std::vector<std::vector<Pair>>& layers, std::size_t count, bool same_tissue,
-                       double radius, const Tip& tip) {
+                       double radius, const Tip& tip, const std::vector<Pair>& earlier, double spacing) {
   OnlinePrior prior{};
   prior.layers = count;
   prior.same_tissue = same_tissue;
   prior.radius = radius;
+  if (earlier.size() == online::EarlierInsertions::points) prior.earlier.spacing = spacing;
+  for (std::size_t i = 0; i < std::min(earlier.size(), online::EarlierInsertions::points); ++i) {
+    prior.earlier.mean[i] = earlier[i][0];
+    prior.earlier.sd[i] = earlier[i][1];
+  }
   prior.tip = tip;
   for (std::size_t i = 0; i < std::min(layers.size(), online::most_layers); ++i)
     prior.layer[i] = layer_from(layers[i]);
@@ -92,12 +97,13 @@ void bind_online(nb::module_& module) {
       .def(
           "__init__",
           [](OnlineIdentifier* self, const std::vector<std::vector<Pair>>& layers, std::size_t count,
-             bool same_tissue, double radius, const Tip& tip, const OnlineSettings& settings,
-             const events::EventSettings& watched) {
-            new (self) OnlineIdentifier(prior_from(layers, count, same_tissue, radius, tip), settings, watched);
+             bool same_tissue, double radius, const Tip& tip, const std::vector<Pair>& earlier,
+             double spacing, const OnlineSettings& settings, const events::EventSettings& watched) {
+            new (self) OnlineIdentifier(prior_from(layers, count, same_tissue, radius, tip, earlier, spacing),
+                                        settings, watched);
           },
-          nb::arg("layers"), nb::arg("count"), nb::arg("same_tissue"), nb::arg("radius"), nb::arg("tip"), nb::arg("settings"),
-          nb::arg("watched"))
+          nb::arg("layers"), nb::arg("count"), nb::arg("same_tissue"), nb::arg("radius"), nb::arg("tip"),
+          nb::arg("earlier"), nb::arg("spacing"), nb::arg("settings"), nb::arg("watched"))
       .def(
           "step",
           [](OnlineIdentifier& self, double force, double depth, double dt) -> std::optional<Detection> {

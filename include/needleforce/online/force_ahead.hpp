@@ -16,9 +16,32 @@ namespace needleforce::online {
 template <std::size_t capacity>
 class Mixture {
  public:
+  struct Part {
+    double weight, mean, sd;
+  };
+  std::size_t count() const noexcept { return count_; }
+  const Part& part(std::size_t i) const noexcept { return parts_[i]; }
+
   void add(double weight, double mean, double variance) noexcept {
     if (count_ < capacity && weight > 0.0)
       parts_[count_++] = {weight, mean, std::sqrt(std::max(variance, 1e-24))};
+  }
+  /// The whole mixture with a weight.
+  template <std::size_t other>
+  void add(double weight, const Mixture<other>& mixture) noexcept {
+    for (std::size_t i = 0; i < mixture.count(); ++i) {
+      const auto& part = mixture.part(i);
+      add(weight * part.weight, part.mean, part.sd * part.sd);
+    }
+  }
+  double density(double x) const noexcept {
+    double sum = 0.0, weights = 0.0;
+    for (std::size_t i = 0; i < count_; ++i) {
+      const double off = (x - parts_[i].mean) / parts_[i].sd;
+      sum += parts_[i].weight / parts_[i].sd * std::exp(-0.5 * std::min(off * off, 200.0));
+      weights += parts_[i].weight;
+    }
+    return weights > 0.0 ? sum / weights : 0.0;
   }
   double mean() const noexcept {
     double sum = 0.0, weights = 0.0;
@@ -52,9 +75,6 @@ class Mixture {
   }
 
  private:
-  struct Part {
-    double weight, mean, sd;
-  };
   std::array<Part, capacity> parts_{};
   std::size_t count_ = 0;
 };
@@ -95,6 +115,27 @@ struct NextPuncture {
 
  private:
   static constexpr double soon = 1e-3;  // travel after which half of the layers of an unknown tissue hold
+};
+
+/// Slope of the force over the last third of a millimetre [N/m].
+class SlopeLately {
+ public:
+  void restart() noexcept { *this = {}; }
+  void add(double force, double depth) noexcept {
+    const double kept = weight_ > 0.0 ? std::exp(-std::abs(depth - last_) / 3e-4) : 0.0;
+    last_ = depth;
+    weight_ = kept * weight_ + 1.0;
+    const double share = 1.0 / weight_, away = depth - depth_, off = force - force_;
+    depth_ += share * away;
+    force_ += share * off;
+    spread_ = (1.0 - share) * (spread_ + share * away * away);
+    together_ = (1.0 - share) * (together_ + share * away * off);
+  }
+  bool known() const noexcept { return spread_ > 1e-8; }  // a tenth of a millimetre, squared
+  double value() const noexcept { return together_ / spread_; }
+
+ private:
+  double weight_ = 0.0, last_ = 0.0, depth_ = 0.0, force_ = 0.0, spread_ = 0.0, together_ = 0.0;
 };
 
 struct PointAhead {

@@ -107,23 +107,17 @@ class OnlineIdentifier {
   ForceAhead ahead(double travel) const noexcept {
     ForceAhead result;
     const NextPuncture next = next_puncture();
-    const bool cuts = !outwards_ && (regime_ == Regime::contact || regime_ == Regime::sliding);
-    const Weights weights = this->weights();
-    std::array<Slots, members> theta;
-    for (std::size_t m = 0; m < count_; ++m) theta[m] = bank_[m].information.mean();
+    const Bank bank = this->bank();
     for (std::size_t i = 0; i < ForceAhead::points; ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(ForceAhead::points - 1);
       const double depth = depth_ + (outwards_ ? -1.0 : 1.0) * share * travel;
-      const double whole = cuts ? 1.0 - next.between(depth_, depth) : 1.0;
       Forces forces;
-      for (std::size_t m = 0; m < count_; ++m) add_forces(forces, whole * weights[m], m, theta[m], depth);
-      if (regime_ == Regime::free)
-        add_contact(forces, std::abs(depth - depth_));
-      else
-        add_after_puncture(forces, 1.0 - whole, forces.mean());
+      const double like = like_earlier(depth) ? likely(share * travel) : 0.0;
+      forces.add(1.0 - like, by_law(bank, next, depth));
+      add_likeness(forces, like, depth);
       result.at[i] = {depth, forces.quantile(0.5), forces.quantile(0.025), forces.quantile(0.975)};
     }
-    if (!cuts) return result;
+    if (!cuts()) return result;
     result.puncture_probability = next.between(depth_, depth_ + travel);
     result.earliest = next.quantile(depth_, 0.025);
     result.puncture_depth = next.quantile(depth_, 0.5);
@@ -137,7 +131,7 @@ class OnlineIdentifier {
   static constexpr std::array<double, 4> held{1.5e-3, 6e-3, 1e9, 1e9};
   static constexpr double leap = 5e-3, fastest = 1.0;  // as the detector has it
   using Weights = std::array<double, members>;
-  using Forces = Mixture<members + 1>;
+  using Forces = Mixture<members + 2>;
 
   // ---- what is expected before a layer is touched
 
@@ -309,8 +303,10 @@ class OnlineIdentifier {
     if (regime_ == Regime::unknown && status() == events::StreamStatus::ok) regime_ = Regime::free;
     if (resting_ && std::abs(depth - rest_depth_) > settings_.spacing) resting_ = false;
     if (regime_ == Regime::rupture) watch_rupture();
+    for (Check& check : checks_) compare(check);
     if (status() == events::StreamStatus::stuck) return interrupt();
     if (!measures()) return;
+    lately_.add(force, depth);
     collect(force, depth);
     settle_older(time_ - watch_.settings().within);
   }
@@ -318,7 +314,8 @@ class OnlineIdentifier {
   void watch_rupture() noexcept {
     if (force_ > 0.95 * rupture_force_)
       regime_ = whole_;
-    else if (depth_ - rupture_depth_ > 1e-3) end_rupture(depth_);
+    else if (depth_ - rupture_depth_ > 1e-3)
+      end_rupture(depth_);
   }
   /// Whether a force is expected here that depends on the parameters.
   bool measures() noexcept {
@@ -340,6 +337,7 @@ class OnlineIdentifier {
     return withdraws_ && depth_ > tops_[0];
   }
   void interrupt() noexcept {
+    lately_.restart();
     open_ = {};
     broken_ = true;
   }
@@ -511,17 +509,27 @@ class OnlineIdentifier {
         std::hypot(noise, settings_.roughness * std::max(std::abs(mean), std::abs(now.force)));
     const double texture =
         each.scale * size * size * (1.0 - rho * rho) * (each.seen + 5.0) / (each.seen + 3.0);
-    const double law = mean * error_of_law(depth);
+    double law = mean * error_of_law(depth);
+    if (lately_.known() && !outwards_ && travel > 0.0) {
+      // where the force does not grow as the law has it, it may continue as it did lately
+      const double near = std::min(travel, 3e-4);
+      double grows = 0.0;
+      const Slots close = by_parameters(depth_ + near);
+      for (std::size_t i = 0; i < each.information.size(); ++i) grows += (close[i] - now.by[i]) * theta[i];
+      law = std::hypot(law, (lately_.value() * near - grows) * std::min(travel, 2e-3) / near);
+    }
     forces.add(weight, mean, each.information.variance(apart) + texture + law * law + noise * noise);
   }
   /// Share of the force by which a contact of unknown law may be off beyond what was seen: its exponent is
   /// known to 0.8 after a millimetre, and better with the root of what was seen.
   double error_of_law(double depth) const noexcept {
-    const bool known = prior_.same_tissue && prior_.layer[std::min(pierced_, most_layers - 1)].modulus.known();
+    const bool known =
+        prior_.same_tissue && prior_.layer[std::min(pierced_, most_layers - 1)].modulus.known();
     if (outwards_ || known) return 0.0;
     const double seen = std::max(depth_ - intact_from_, settings_.spacing);
     const double exponent = std::min(1.5, 0.8 * std::sqrt(1e-3 / seen));
-    return std::pow(1.0 + std::max(depth - depth_, 0.0) / std::max(depth_ - contact_from(), seen), exponent) - 1.0;
+    return std::pow(1.0 + std::max(depth - depth_, 0.0) / std::max(depth_ - contact_from(), seen), exponent) -
+           1.0;
   }
   /// Somewhere in this travel tissue may begin, of the prior's modulus or one of a soft tissue.
   void add_contact(Forces& forces, double travel) const noexcept {
@@ -530,6 +538,80 @@ class OnlineIdentifier {
     const double force = (prior.known() ? prior.mean + prior.sd : 1e5) * contact_.force(0.5 * travel);
     forces.add(travel / (travel + 5e-3), force, force * force);
   }
+  /// Weights and means of all hypotheses.
+  struct Bank {
+    Weights weight{};
+    std::array<Slots, members> theta{};
+  };
+  Bank bank() const noexcept {
+    Bank result{weights(), {}};
+    for (std::size_t m = 0; m < count_; ++m) result.theta[m] = bank_[m].information.mean();
+    return result;
+  }
+  bool cuts() const noexcept {
+    return !outwards_ && (regime_ == Regime::contact || regime_ == Regime::sliding);
+  }
+  Forces by_law(const Bank& bank, const NextPuncture& next, double depth) const noexcept {
+    const double whole = cuts() ? 1.0 - next.between(depth_, depth) : 1.0;
+    Forces forces;
+    for (std::size_t m = 0; m < count_; ++m)
+      add_forces(forces, whole * bank.weight[m], m, bank.theta[m], depth);
+    if (regime_ == Regime::free)
+      add_contact(forces, std::abs(depth - depth_));
+    else
+      add_after_puncture(forces, 1.0 - whole, forces.mean());
+    return forces;
+  }
+
+  // ---- likeness to earlier insertions
+
+  double indentation(double depth) const noexcept { return depth - layers_[0].top; }
+  /// Whether earlier insertions have been at this depth.
+  bool like_earlier(double depth) const noexcept {
+    return layers_[0].touched && !outwards_ && prior_.earlier.known(indentation(depth));
+  }
+  /// Probability that this insertion is like the earlier ones, for a force so far ahead [m].
+  double likely(double travel) const noexcept {
+    const double share =
+        std::clamp((travel - checks_[0].travel) / (checks_[1].travel - checks_[0].travel), 0.0, 1.0);
+    const double weight = (1.0 - share) * checks_[0].weight + share * checks_[1].weight;
+    return 1.0 / (1.0 + std::exp(-weight));
+  }
+  Likeness::Foreseen by_likeness(double depth) const noexcept {
+    return likeness_.ahead(prior_.earlier, indentation(depth_), indentation(depth), force_);
+  }
+  void add_likeness(Forces& forces, double weight, double depth) const noexcept {
+    if (!like_earlier(depth)) return;
+    const Likeness::Foreseen foreseen = by_likeness(depth);
+    const double noise = watch_.noise();
+    forces.add(weight, foreseen.mean, foreseen.variance + noise * noise);
+  }
+  /// What law and likeness foresaw for a depth, and by how much likeness was the better one so far.
+  struct Check {
+    double travel = 1e-3, weight = 2.0, depth = -1e9;
+    Likeness::Foreseen like{};
+    Forces by_law{}, by_likeness{};
+  };
+  /// Once in each such travel: which of the two foresaw this force, and what they foresee now.
+  void compare(Check& check) noexcept {
+    const bool asked = check.depth > -1e8;
+    if (asked && depth_ < check.depth) return;
+    if (asked) {
+      const double better =
+          (check.by_likeness.density(force_) + 1e-3) / (check.by_law.density(force_) + 1e-3);
+      check.weight = std::clamp(0.9 * check.weight + std::log(better), -8.0, 8.0);
+      likeness_.came(check.like, force_);
+    }
+    check.depth = -1e9;
+    const double depth = depth_ + check.travel;
+    if (!like_earlier(depth) || resting_) return;
+    check.depth = depth;
+    check.by_law = by_law(bank(), next_puncture(), depth);
+    check.like = by_likeness(depth);
+    check.by_likeness = {};
+    add_likeness(check.by_likeness, 1.0, depth);
+  }
+
   void add_after_puncture(Forces& forces, double weight, double before) const noexcept {
     const Expected& prior = prior_.layer[std::min(pierced_, most_layers - 1)].remainder;
     const Expected left = prior.known() ? prior : Expected{0.55, 0.25};
@@ -546,13 +628,17 @@ class OnlineIdentifier {
   std::array<LayerLearnt, most_layers> layers_{};
   std::array<double, most_layers> tops_{};
   Learnt surface_{};
+  Likeness likeness_{};
+  std::array<Check, 2> checks_{};
+  SlopeLately lately_{};
   Reading last_{};
   Open open_{};
   Regime regime_ = Regime::unknown, whole_ = Regime::unknown;
   std::size_t count_ = lengths, waiting_ = 0, pierced_ = 0, changes_ = 0;
   bool started_ = false, outwards_ = false, withdraws_ = false, resting_ = false, broken_ = true;
   double depth_ = 0.0, force_ = 0.0, time_ = 0.0, speed_ = 0.0, deepest_ = -1e9, rest_depth_ = 0.0;
-  double intact_from_ = 0.0, rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
+  double intact_from_ = 0.0, rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0,
+         lowest_ = 1e9, lowest_depth_ = 0.0;
   double surprise_ = 0.0, surprise_count_ = 0.0;
 };
 

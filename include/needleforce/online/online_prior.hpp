@@ -6,6 +6,7 @@
 #include <cstddef>
 
 #include "../tip.hpp"
+#include "earlier_insertions.hpp"
 
 namespace needleforce::online {
 
@@ -29,11 +30,12 @@ struct LayerPrior {
 inline constexpr std::size_t most_layers = 8;
 
 struct OnlinePrior {
-  std::size_t layers = 0;  ///< how many punctures are expected; 0 if that is unknown
+  std::size_t layers = 0;    ///< how many punctures are expected; 0 if that is unknown
   bool same_tissue = false;  ///< from recordings of it, by this law, instead of a model of another
-  double radius = 0.1;      ///< of the shank, where the contact stops growing [m]
+  double radius = 0.1;       ///< of the shank, where the contact stops growing [m]
   Tip tip{tips::Cone{45.0 * tips::degree}};
   std::array<LayerPrior, most_layers> layer{};
+  EarlierInsertions earlier{};
 };
 
 }  // namespace needleforce::online

@@ -10,8 +10,8 @@
 
 namespace needleforce::online {
 
-/// The contact of the intact layer: how it stiffens, its modulus, and that times its shift; then cutting force
-/// and friction per length of each pierced layer, the deepest first.
+/// The contact of the intact layer: how it stiffens, its modulus, and that times its shift; then cutting
+/// force and friction per length of each pierced layer, the deepest first.
 namespace slot {
 inline constexpr std::size_t stiffening = 0, modulus = 1, shift = 2, cutting = 3, friction = 4;
 }
@@ -45,7 +45,8 @@ struct TissueEstimate {
   Innovation add(const Reading& now, const Reading& before, double memory) noexcept {
     const double travel = now.continues ? now.depth - before.depth : 0.0;
     const double rho = now.continues ? kept(travel) : 0.0;
-    if (now.continues) information.forget_share(contact_slots + 2, std::exp(-0.5 * std::abs(travel) / holds_over));
+    if (now.continues)
+      information.forget_share(contact_slots + 2, std::exp(-0.5 * std::abs(travel) / holds_over));
     const double own = 1.0 / std::sqrt(scale * (1.0 - rho * rho));
     const double here = own / now.size, there = rho * own / before.size;
     Slots by{};

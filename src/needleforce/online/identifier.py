@@ -171,7 +171,7 @@ class OnlineIdentifier(Printed):
         )
 
     def _layers(self) -> tuple[float, ...]:
-        """Probability of each layer that the tip is in it: by the punctures counted, and by how like the last of them is
+        """Probability of each layer that the tip is in it: by the punctures counted, and by how like the last is
         to that of each layer of the prior."""
         pierced = self._core.pierced
         if pierced == 0:

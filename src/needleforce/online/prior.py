@@ -3,7 +3,7 @@
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,8 @@ NAMES = ("modulus", "cutting", "friction", "top", "puncture", "remainder")
 GENERIC = core.tips.Cone(math.pi / 4)  # by which fits without a tip state their stiffness
 NO_SHANK = 0.1  # [m]
 MAX_LAYERS = 8
+USUAL_SCATTER, WORTH = 0.05, 3  # between repeats over the peak, and how many repeats this knowledge is worth
+POINTS = 161  # of the force of earlier insertions, as the core has them
 EVENT_SETTINGS = {row["name"] for row in core.EventSettings.table()}
 
 Expected = tuple[float, float]  # mean and standard deviation
@@ -43,6 +45,10 @@ class Prior:
         Shape of the contact, and the radius [m] where it stops growing.
     tip_known : bool
         False where the tip stands for a stiffness coefficient alone.
+    earlier : list of (float, float)
+        Mean and standard deviation [N] of the force of earlier insertions every ``spacing`` below their contact.
+    spacing : float
+        That distance [m]; 0 without any.
     model : Model or None
         What gives the laws that are not learnt.
     source : str
@@ -55,6 +61,8 @@ class Prior:
     tip: Any = GENERIC
     radius: float = NO_SHANK
     tip_known: bool = False
+    earlier: list[Expected] = field(default_factory=list)
+    spacing: float = 0.0
     model: Model | None = None
     source: str = "nothing"
 
@@ -94,6 +102,8 @@ def core_identifier(prior: Prior, **settings: float) -> core.OnlineIdentifier:
         same_tissue=prior.same_tissue,
         radius=prior.radius,
         tip=prior.tip,
+        earlier=prior.earlier,
+        spacing=prior.spacing,
         settings=core.OnlineSettings(**settings),
         watched=core.EventSettings(**events),
     )
@@ -168,7 +178,44 @@ def _of_recordings(recordings: Sequence[Recording], base: Prior) -> Prior:
             break
         layers.append(_next_layer(rows))
     source = f"{len(insertions)} recordings of the same tissue"
+    base = _with_forces(base, recordings)
     return replace(base, layers=tuple(layers), complete=bool(layers), same_tissue=bool(layers), source=source)
+
+
+def _with_forces(base: Prior, recordings: Sequence[Recording]) -> Prior:
+    """The prior with the force of these insertions below their contact, as far as most of them are known."""
+    found = [each for each in map(_below_contact, recordings) if each is not None]
+    if not found:
+        return base
+    deepest = float(np.median([indentation[-1] for indentation, _ in found]))
+    grid = np.linspace(0.0, deepest, POINTS)
+    forces = np.array([np.interp(grid, *each) for each in found if each[0][-1] > 0.9 * deepest])
+    mean, n = forces.mean(axis=0), len(forces)
+    usual = USUAL_SCATTER * float(np.abs(mean).max())
+    square = _smooth(forces.var(axis=0, ddof=1)) if n > 1 else 0.0
+    sd = np.sqrt((WORTH * usual**2 + (n - 1) * square) / (WORTH + n - 1) * (1.0 + 1.0 / n))
+    return replace(base, earlier=list(zip(mean.tolist(), sd.tolist())), spacing=deepest / (POINTS - 1))
+
+
+def _smooth(square: np.ndarray) -> np.ndarray:
+    """The largest within a thirtieth of the travel: falls do not come at one depth."""
+    wide = np.pad(square, 5, mode="edge")
+    return np.array([wide[i : i + 11].max() for i in range(len(square))])
+
+
+def _below_contact(recording: Recording) -> tuple[np.ndarray, np.ndarray] | None:
+    """Indentation [m], increasing, and force [N] of an insertion; None without a contact."""
+    watch, steps = core.EventDetector(), np.diff(recording.time, prepend=recording.time[0])
+    for force, depth, dt in zip(recording.force, recording.depth, steps):
+        event = watch.step(force, depth, dt)
+        if event is not None and event.kind == "contact":
+            break
+    else:
+        return None
+    deepest = int(np.argmax(recording.depth)) + 1
+    depth, force = recording.depth[:deepest], recording.force[:deepest]
+    new = np.flatnonzero(np.diff(np.maximum.accumulate(depth), prepend=-np.inf) > 0.0)
+    return depth[new] - event.depth, force[new]
 
 
 def _next_layer(rows: list[dict[str, Expected]]) -> dict[str, Expected]:
