@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """An axis that stops at an event: at the puncture of a layer, at a fall of the force, and what is not that event."""
 
+import json
+
 import pytest
-from fake_rig import FakeAxis, FakeSensor
+from fake_rig import CONFIGURATION, FakeAxis, FakeSensor
+from typer.testing import CliRunner
 
 from needleforce import InputError
 from needleforce.acquisition.stop_at import DepthNow, StopAt, parse_stop
+from needleforce.cli import app
 from needleforce.core import EventSettings
 from needleforce.wire.axis_lines import AxisRange, AxisState
 
@@ -55,6 +59,33 @@ def test_a_push_that_ends_by_a_stop_or_a_withdrawal_is_no_puncture(recorded):
     with FakeAxis() as axis, FakeSensor(lambda t: layers(axis.depth)) as sensor:
         outcome, _ = recorded(sensor, axis, moves, stop_at=StopAt())
     assert outcome.ended == "done"
+
+
+@pytest.mark.usefixtures("simulated_time")
+def test_a_rig_is_watched_moved_and_stopped_at_the_second_layer(tmp_path):
+    (tmp_path / "page.xml").write_bytes(CONFIGURATION.xml())
+    with FakeAxis() as axis, FakeSensor(lambda t: layers(axis.depth)) as sensor:
+        where = ["--sensor", f"127.0.0.1:{sensor.port}", "--sensor-page", tmp_path / "page.xml"]
+        where += ["--axis", f"127.0.0.1:{axis.port}"]
+        moved = [
+            "--depth-mm",
+            "20",
+            "--start-mm",
+            "-2",
+            "--speed-mm-s",
+            "10",
+            "--stop-at",
+            "layer=2",
+            "--bias-s",
+            "0.2",
+        ]
+        done = CliRunner().invoke(app, ["watch", "rig", *map(str, [*where, *moved]), "--json", "-", "--plain"])
+    assert done.exit_code == 0, done.output
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    events = [each["event"] for each in lines if each["kind"] == "event"]
+    assert [each for each in events if each in ("contact", "puncture")] == ["contact", "puncture", "puncture"]
+    assert SECOND <= axis.depth < SECOND + 1e-3
+    assert "event: puncture 2" in done.stderr and "mm past the peak of a puncture" in done.stderr
 
 
 def test_the_depth_between_two_states_follows_the_velocity_and_never_steps_back():

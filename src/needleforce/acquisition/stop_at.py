@@ -47,7 +47,7 @@ class StopAt:
     def __post_init__(self):
         within("layer", self.layer, 1, _MAX_LAYERS, next_step=_EXAMPLES)
         if self.force_rate is not None:
-            within("force rate", self.force_rate, 1e-3, 1e6, "N/s", _EXAMPLES)
+            within("force rate", self.force_rate, 1e-3, 1e6, "N/s", next_step=_EXAMPLES)
 
     def farthest(self, limits: AxisRange, speed: float) -> float:
         """The distance [m] past the peak of the force within which the axis must rest: a puncture is found within the

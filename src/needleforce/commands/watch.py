@@ -137,7 +137,7 @@ def _watch_rig(given: WatchFlags, reading: ReadOptions, watched: "Watched") -> i
         force, axis = opened()
         say_limits(axis, moves, settings)
         path = given.output or Path(folder, "run.mcap")
-        end = record_run(path, force, axis, moves, {}, settings, feed=RunRows(watched).feed)
+        end = record_run(path, force, axis, moves, card={}, settings=settings, feed=RunRows(watched).feed)
     say(f"{end.ended}" + (f": {end.detail}" if end.detail else ""))
     watched.end()
     fine = end.ended in (EndReason.DONE, EndReason.INTERRUPTED, EndReason.EVENT)
