@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Falls found by two libraries for change points, in forces off a line in standard deviations: ruptures on a window
-that moves along, and FOCuS of changepoint-online. That one is GPL and no requirement:
+"""Falls found by two libraries for change points: ruptures on a window of the force that moves along, and FOCuS of
+changepoint-online on the force off a line, in standard deviations. That one is GPL and no requirement:
 ``pip install changepoint-online==1.2.1``."""
 
 from importlib.util import find_spec
@@ -15,18 +15,18 @@ def installed(module: str) -> bool:
     return find_spec(module) is not None
 
 
-def window(time: np.ndarray, off: np.ndarray) -> np.ndarray:
-    """Fall between the two parts of the last 300 ms, as ruptures parts them, in standard deviations of it. Faster
-    readings are taken together, for its work grows with the square of their number."""
+def window(time: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Fall of the mean force between the two parts of the last 300 ms, as ruptures parts them, by the root of their
+    lengths. Faster readings are taken together, for its work grows with the square of their number."""
     from ruptures import KernelCPD
 
-    statistic, search = np.zeros(len(off)), KernelCPD(kernel="linear", min_size=2)
+    statistic, search = np.zeros(len(force)), KernelCPD(kernel="linear", min_size=2)
     blocks, first, due = [], 0, time[0]
     for i, now in enumerate(time):
         statistic[i] = statistic[i - 1]
         if now < due:
             continue
-        blocks.append((now, off[first : i + 1].sum() / np.sqrt(i + 1 - first)))  # of unit variance, too
+        blocks.append((now, force[first : i + 1].mean()))
         first, due = i + 1, now + EVERY - 1e-6
         blocks = [block for block in blocks if block[0] > now - WINDOW]
         if len(blocks) > 6:

@@ -108,7 +108,7 @@ def simple_detectors() -> dict:
     chosen = {"force rate": rate, "below the maximum": below_maximum, "CUSUM": cusum}
     detectors = {name: found_by(statistic) for name, statistic in chosen.items()}
     if installed("ruptures"):
-        detectors["ruptures, window"] = found_by(lambda stream: window(stream.time, off_line(stream)))
+        detectors["ruptures, window"] = found_by(lambda stream: window(stream.time, stream.force))
     if installed("changepoint_online"):
         detectors["FOCuS"] = lambda stream: lambda least: once(stream, focus(off_line(stream), least))
     return detectors

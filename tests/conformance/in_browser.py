@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The conformance set through WebAssembly in Chromium. The first arguments are trace.mjs or watch.mjs, and the folder with
-needleforce.mjs."""
+"""The conformance set through WebAssembly in Chromium. First trace.mjs or watch.mjs, then the folder
+with needleforce.mjs."""
 
 import shutil
 import sys

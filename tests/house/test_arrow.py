@@ -92,12 +92,13 @@ def test_heavy_libraries_are_loaded_when_used():
 
 # each C++ header with what it may see: what stands before it in its row; laws/ is one place but for its list,
 # tips/ is one
-SIMULATED = ["version", "fingerprint", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact", "foundation",
-             "bevel", "sample", "state_check", "returnable_slip", "noisy_depth", "relaxation", "memory", "rupture",
-             "law", "laws", "laws/all", "dispatch", "model", "model_fingerprint", "state_bytes", "limits", "state", "layer",
-             "model_swap", "insertion", "bending", "sliding", "solid", "exchange", "live", "guard_settings",
-             "energy_controller", "guard", "flight_recorder", "base_guard"]  # fmt: skip
-WATCHED = ["version", "fingerprint", "state_bytes", "sample", "state_check", "parameter", "events"]  # what looks for events depends on no engine
+SIMULATED = ["version", "fingerprint", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact",
+             "foundation", "bevel", "sample", "state_check", "returnable_slip", "noisy_depth", "relaxation", "memory",
+             "rupture", "law", "laws", "laws/all", "dispatch", "model", "model_fingerprint", "state_bytes", "limits",
+             "state", "layer", "model_swap", "insertion", "bending", "sliding", "solid", "exchange", "live",
+             "guard_settings", "energy_controller", "guard", "flight_recorder", "base_guard"]  # fmt: skip
+# what looks for events depends on no engine
+WATCHED = ["version", "fingerprint", "state_bytes", "sample", "state_check", "parameter", "events"]
 FITTED = ["fit/normal", "fit/pair", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading", "fit/median", "fit/depth_noise",
           "fit/origin", "fit/lag", "fit/outliers", "fit/sliding_start", "fit/windows"]  # fmt: skip
