@@ -285,6 +285,7 @@ SCRIPTS = (
     "replay",
     "events_by_eye",
     "online_events",
+    "online_identification",
     "puncture_evidence",
     "loading_curves",
     "rest_loops",
@@ -297,7 +298,7 @@ def extra(name: str, full: bool) -> list[str]:
     """Command-line arguments of a script."""
     if name == "loading_curves":
         return ["--figure", str(ROOT / "build" / "loading_curves.svg")]
-    return ["--full"] if full and name not in ("events_by_eye", "rest_loops", "rest") else []
+    return ["--full"] if full and name not in ("events_by_eye", "online_identification", "rest_loops", "rest") else []
 
 
 def main(full: bool, only: list[str]) -> None:

@@ -131,3 +131,30 @@ def test_a_gap_and_a_rest_widen_what_is_expected_and_a_copy_does_its_own():
     assert set(before.document()) >= {"depth_m", "force_N", "low_N", "high_N", "next_puncture", "layers"}
     run = nf.Insertion(other.model)
     assert run.step(2e-3, 1e-3, 1e-3).force == pytest.approx(float(tissue(np.array([2e-3]))[0]), rel=0.15)
+
+
+def recorded(seed, scale=1.0):
+    depth, dt = inwards(end=12e-3, rate=100.0)
+    return nf.Recording(time=dt * np.arange(len(depth)), force=tissue(depth, seed, scale), depth=depth)
+
+
+def test_earlier_insertions_foresee_the_force_behind_a_puncture_and_are_given_up_where_they_are_wrong():
+    earlier = [recorded(seed, 0.95 + 0.05 * seed) for seed in range(3)]
+    run, wrong = recorded(7), recorded(8, scale=3.0)
+    online = nf.OnlineIdentifier(prior=earlier)
+    assert online.prior.same_tissue
+    assert online.prior.layers[0]["puncture"][0] == pytest.approx(5e-3, abs=0.3e-3)
+    before = int(np.searchsorted(run.depth, 4e-3))
+    watched(online, run.force[:before], run.depth[:before], 0.01)
+    ahead = online.ahead(3e-3)
+    came = np.interp(ahead.depth, run.depth, run.force)
+    assert abs(ahead.force[-1] - came[-1]) < 0.1 * run.force.max()  # persistence errs by a quarter and more
+    assert ahead.low[-1] <= came[-1] <= ahead.high[-1]
+    assert ahead.next_puncture.low < 5e-3 < ahead.next_puncture.high
+    online.reset()
+    watched(online, wrong.force[:before], wrong.depth[:before], 0.01)
+    ahead = online.ahead(0.5e-3)
+    came = np.interp(ahead.depth[-1], wrong.depth, wrong.force)
+    assert ahead.low[-1] <= came <= ahead.high[-1]
+    stiff = online.parameters.stiffness_coefficient
+    assert stiff.low < 3.0 * 1e6 * 2.0 / np.pi * np.tan(ALPHA) < stiff.high
