@@ -10,8 +10,8 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 378,
-    "lines": 73_400,
+    "Python files": 380,
+    "lines": 73_800,
     "modules with one importer": 52,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 11,
