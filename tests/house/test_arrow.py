@@ -99,6 +99,7 @@ SIMULATED = ["version", "fingerprint", "parameter", "sneddon", "tips", "tip", "n
              "guard_settings", "energy_controller", "guard", "flight_recorder", "base_guard"]  # fmt: skip
 # what looks for events depends on no engine
 WATCHED = ["version", "fingerprint", "state_bytes", "sample", "state_check", "parameter", "events"]
+LEARNT = [*SIMULATED, "events", "online"]
 FITTED = ["fit/normal", "fit/pair", "fit/stroke", "fit/lagged", "fit/gain", "fit/search", "fit/punctures", "fit/polish",
           "fit/cycle", "fit/dead_band", "fit/loading_curves", "fit/loading", "fit/median", "fit/depth_noise",
           "fit/origin", "fit/lag", "fit/outliers", "fit/sliding_start", "fit/windows"]  # fmt: skip
@@ -115,7 +116,7 @@ def place(path: Path, root: Path) -> str:
     """Where a header stands: its name without ending, or its folder."""
     above = CORE_HEADERS if path.is_relative_to(root / CORE_HEADERS) else FIT_HEADERS.parent
     name = path.relative_to(root / above).with_suffix("").as_posix()
-    one_place = name.startswith(("laws/", "tips/", "bending/", "solid/", "events/")) and name != "laws/all"
+    one_place = name.startswith(("laws/", "tips/", "bending/", "solid/", "events/", "online/")) and name != "laws/all"
     return name.split("/")[0] if one_place else name
 
 
@@ -132,7 +133,7 @@ def upward_includes(root: Path) -> list[str]:
     wrong = []
     for path in headers(root):
         here = place(path, root)
-        row = next(row for row in (SIMULATED, WATCHED, FITTED, FITTED_IN_LAYERS) if here in row)
+        row = next(row for row in (SIMULATED, WATCHED, LEARNT, FITTED, FITTED_IN_LAYERS) if here in row)
         seen = row[: row.index(here) + 1]
         for target in included(path, root):
             if not target.is_file() or place(target, root) not in seen:

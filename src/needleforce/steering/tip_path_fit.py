@@ -152,7 +152,8 @@ def identify_paths(
     found, against = search(parameters, misfit, progress), dict[str, float]()
     if prior:
         against, prior = prior.contradicted(found.spread), prior.widened(found.spread)
-        found = search(parameters, misfit, progress, prior.spread, found.spread.mean)
+        # from the mean of the prior, as what was found is often on a flat stretch; but not if the mean is far off
+        found = search(parameters, misfit, progress, prior.spread, found.spread.mean if against else None)
     fitted = identified_model(
         model,
         needle,
