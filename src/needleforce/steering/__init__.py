@@ -4,6 +4,7 @@
 from .base_motion import BaseMotion
 from .identification import identify
 from .kinematics import Bicycle, KinematicSample, Unicycle
+from .learnt_prior import prior
 from .needle_shapes import NeedleShape, read_shapes
 from .obstacles import Box, Sphere
 from .plan_problem import SteeringLimits
@@ -18,7 +19,7 @@ from .tip_estimator import TipEstimate, TipEstimator
 from .tip_path_fit import SteeringFit
 from .tip_path_tables import read
 from .tip_paths import TipPath
-from .tissue_prior import TissuePrior, prior
+from .tissue_prior import TissuePrior
 from .wrench_fit import BaseWrench, WrenchFit, base_wrench
 from .wrench_sensor import WrenchSensor
 

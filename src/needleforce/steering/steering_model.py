@@ -93,7 +93,10 @@ def identified_model(
     prior: TissuePrior | None = None,
 ) -> SteeringModel:
     """A needle with the values that were identified, and what predicts its tip from the insertions of the fit."""
-    predictor = PathPredictor(partial(simulated_path, needle=needle), values, insertions, parameters, covariance, prior)
+    simulate = partial(simulated_path, needle=needle)
+    predictor = PathPredictor(
+        simulate, values, insertions=insertions, parameters=parameters, covariance=covariance, prior=prior
+    )
     return SteeringModel(form, values, needle, predictor)
 
 
