@@ -10,7 +10,7 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 378,
+    "Python files": 382,
     "lines": 74_400,
     "modules with one importer": 52,
     "modules in the largest import circle": 4,
