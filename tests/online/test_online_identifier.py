@@ -140,7 +140,7 @@ def recorded(seed, scale=1.0):
 
 def test_earlier_insertions_foresee_the_force_behind_a_puncture_and_are_given_up_where_they_are_wrong():
     earlier = [recorded(seed, 0.95 + 0.05 * seed) for seed in range(3)]
-    run, wrong = recorded(7), recorded(8, scale=3.0)
+    run = recorded(7)
     online = nf.OnlineIdentifier(prior=earlier)
     assert online.prior.same_tissue
     assert online.prior.layers[0]["puncture"][0] == pytest.approx(5e-3, abs=0.3e-3)
@@ -151,10 +151,12 @@ def test_earlier_insertions_foresee_the_force_behind_a_puncture_and_are_given_up
     assert abs(ahead.force[-1] - came[-1]) < 0.1 * run.force.max()  # persistence errs by a quarter and more
     assert ahead.low[-1] <= came[-1] <= ahead.high[-1]
     assert ahead.next_puncture.low < 5e-3 < ahead.next_puncture.high
-    online.reset()
-    watched(online, wrong.force[:before], wrong.depth[:before], 0.01)
-    ahead = online.ahead(0.5e-3)
-    came = np.interp(ahead.depth[-1], wrong.depth, wrong.force)
-    assert ahead.low[-1] <= came <= ahead.high[-1]
+    held = 0
+    for wrong in (recorded(seed, scale=3.0) for seed in range(8, 18)):
+        online.reset()
+        watched(online, wrong.force[:before], wrong.depth[:before], 0.01)
+        ahead = online.ahead(0.5e-3)
+        held += ahead.low[-1] <= np.interp(ahead.depth[-1], wrong.depth, wrong.force) <= ahead.high[-1]
+    assert held >= 8
     stiff = online.parameters.stiffness_coefficient
     assert stiff.low < 3.0 * 1e6 * 2.0 / np.pi * np.tan(ALPHA) < stiff.high

@@ -61,6 +61,11 @@ class OnlineIdentifier {
     started_ = false;
     depth_ = force_ = time_ = speed_ = 0.0;
     changes_ = 0;
+    tops_ = {};
+    deepest_ = -1e9;
+    lowest_ = 1e9;
+    rest_depth_ = lowest_depth_ = intact_from_ = rupture_depth_ = rupture_force_ = rupture_probability_ = 0.0;
+    interrupt();
   }
   OnlineIdentifier snapshot() const noexcept { return *this; }
 
@@ -176,6 +181,10 @@ class OnlineIdentifier {
     regime_ = Regime::unknown;
     pierced_ = 0;
     layers_ = {};
+    surface_ = {};
+    likeness_ = {};
+    for (Check& check : checks_) check = {};
+    surprise_ = surprise_count_ = 0.0;
     outwards_ = withdraws_ = resting_ = false;
     waiting_ = 0;
     last_ = {};
@@ -509,7 +518,7 @@ class OnlineIdentifier {
         std::hypot(noise, settings_.roughness * std::max(std::abs(mean), std::abs(now.force)));
     const double texture =
         each.scale * size * size * (1.0 - rho * rho) * (each.seen + 5.0) / (each.seen + 3.0);
-    double law = mean * error_of_law(depth);
+    double law = mean * error_of_law(each, depth);
     if (lately_.known() && !outwards_ && travel > 0.0) {
       // where the force does not grow as the law has it, it may continue as it did lately
       const double near = std::min(travel, 3e-4);
@@ -522,9 +531,10 @@ class OnlineIdentifier {
   }
   /// Share of the force by which a contact of unknown law may be off beyond what was seen: its exponent is
   /// known to 0.8 after a millimetre, and better with the root of what was seen.
-  double error_of_law(double depth) const noexcept {
-    const bool known =
-        prior_.same_tissue && prior_.layer[std::min(pierced_, most_layers - 1)].modulus.known();
+  double error_of_law(const TissueEstimate& each, double depth) const noexcept {
+    // recordings of the tissue were of this law, unless they are doubted
+    const bool known = prior_.same_tissue && each.doubt < 2.0 &&
+                       prior_.layer[std::min(pierced_, most_layers - 1)].modulus.known();
     if (outwards_ || known) return 0.0;
     const double seen = std::max(depth_ - intact_from_, settings_.spacing);
     const double exponent = std::min(1.5, 0.8 * std::sqrt(1e-3 / seen));
