@@ -79,7 +79,7 @@ def steered(kind: type) -> steering.SteeringResult:
     modulus = SteeringEstimate(
         name="modulus", value=2e4, low=1e4, high=4e4, unit="Pa", meaning="of the foundation", identifiable=True
     )
-    predictor = SimpleNamespace(insertions=(), left_out={})
+    predictor = SimpleNamespace(insertions=(), left_out={}, judged=())
     model = SimpleNamespace(form="linear", predictor=predictor, needle=nf.Needle(1e-3, 0.0, 0.2, 1e11))
     return kind(model, (modulus,), (("a", "b", 0.95),), {"first": 1e-3})
 
@@ -119,13 +119,23 @@ def studied() -> list[Result]:
     return [sample, nf.study(design, jobs=1)]
 
 
+def watched() -> list[Result]:
+    online = nf.OnlineIdentifier()
+    depth = np.linspace(-1e-3, 6e-3, 1400)
+    for each in depth:
+        online.step(2e2 * max(each, 0.0), each, 5e-3)
+    falls = 50.0 * np.maximum(depth, 0.0) - np.where(depth > 3e-3, 0.1, 0.0)
+    run = nf.Recording(time=5e-3 * np.arange(1400), force=falls, depth=depth).with_events(contact=1.0, punctures=[4.0])
+    return [online.ahead(1e-3), nf.events.choose([run], fall=(0.05, 0.1), share=(0.1,))]
+
+
 def results() -> list[Result]:
     rows = Comparison((row("paper", 1.0), row("maurin", 1.2, ties=True, notes=("<b> was held",))))
     needles = penetration()
     run = steering.SteeredRun(**STEPS, tip=np.ones((5, 3)), shapes=(np.eye(3),), layers=(5e-3,), lost=LINE > 1.0)
     kinds = steering.SteeringFit, steering.ShapeFit, steering.WrenchFit
     tissue = [stress(), bending(), needles, needles.tests[0], indentation(), unloading(), *solids()]
-    return [rows, many(), *map(steered, kinds), planned(), run, *tissue, *studied()]
+    return [rows, many(), *map(steered, kinds), planned(), run, *tissue, *studied(), *watched()]
 
 
 RESULTS = {type(result).__name__: result for result in results()}
