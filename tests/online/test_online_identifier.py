@@ -151,6 +151,9 @@ def test_earlier_insertions_foresee_the_force_behind_a_puncture_and_are_given_up
     assert abs(ahead.force[-1] - came[-1]) < 0.1 * run.force.max()  # persistence errs by a quarter and more
     assert ahead.low[-1] <= came[-1] <= ahead.high[-1]
     assert ahead.next_puncture.low < 5e-3 < ahead.next_puncture.high
+    for travel in (0.5e-3, 1e-3, 2e-3):  # 1 mm is what law and likeness are compared over
+        ahead = online.ahead(travel)
+        assert (ahead.high > ahead.low).all()
     held = 0
     for wrong in (recorded(seed, scale=3.0) for seed in range(8, 18)):
         online.reset()

@@ -117,7 +117,7 @@ class OnlineIdentifier {
       const double share = static_cast<double>(i) / static_cast<double>(ForceAhead::points - 1);
       const double depth = depth_ + (outwards_ ? -1.0 : 1.0) * share * travel;
       Forces forces;
-      const double like = like_earlier(depth) ? likely(share * travel) : 0.0;
+      const double like = like_earlier(depth) ? likely() : 0.0;
       forces.add(1.0 - like, by_law(bank, next, depth));
       add_likeness(forces, like, depth);
       result.at[i] = {depth, forces.quantile(0.5), forces.quantile(0.025), forces.quantile(0.975)};
@@ -183,7 +183,7 @@ class OnlineIdentifier {
     layers_ = {};
     surface_ = {};
     likeness_ = {};
-    for (Check& check : checks_) check = {};
+    check_ = {};
     surprise_ = surprise_count_ = 0.0;
     outwards_ = withdraws_ = resting_ = false;
     waiting_ = 0;
@@ -312,7 +312,7 @@ class OnlineIdentifier {
     if (regime_ == Regime::unknown && status() == events::StreamStatus::ok) regime_ = Regime::free;
     if (resting_ && std::abs(depth - rest_depth_) > settings_.spacing) resting_ = false;
     if (regime_ == Regime::rupture) watch_rupture();
-    for (Check& check : checks_) compare(check);
+    compare();
     if (status() == events::StreamStatus::stuck) return interrupt();
     if (!measures()) return;
     lately_.add(force, depth);
@@ -580,13 +580,8 @@ class OnlineIdentifier {
   bool like_earlier(double depth) const noexcept {
     return layers_[0].touched && !outwards_ && prior_.earlier.known(indentation(depth));
   }
-  /// Probability that this insertion is like the earlier ones, for a force so far ahead [m].
-  double likely(double travel) const noexcept {
-    const double share =
-        std::clamp((travel - checks_[0].travel) / (checks_[1].travel - checks_[0].travel), 0.0, 1.0);
-    const double weight = (1.0 - share) * checks_[0].weight + share * checks_[1].weight;
-    return 1.0 / (1.0 + std::exp(-weight));
-  }
+  /// Probability that this insertion is like the earlier ones.
+  double likely() const noexcept { return 1.0 / (1.0 + std::exp(-check_.weight)); }
   Likeness::Foreseen by_likeness(double depth) const noexcept {
     return likeness_.ahead(prior_.earlier, indentation(depth_), indentation(depth), force_);
   }
@@ -598,12 +593,14 @@ class OnlineIdentifier {
   }
   /// What law and likeness foresaw for a depth, and by how much likeness was the better one so far.
   struct Check {
-    double travel = 1e-3, weight = 2.0, depth = -1e9;
+    double weight = 2.0, depth = -1e9;
     Likeness::Foreseen like{};
     Forces by_law{}, by_likeness{};
   };
+  static constexpr double compared_over = 1e-3;  // [m]
   /// Once in each such travel: which of the two foresaw this force, and what they foresee now.
-  void compare(Check& check) noexcept {
+  void compare() noexcept {
+    Check& check = check_;
     const bool asked = check.depth > -1e8;
     if (asked && depth_ < check.depth) return;
     if (asked) {
@@ -613,7 +610,7 @@ class OnlineIdentifier {
       likeness_.came(check.like, force_);
     }
     check.depth = -1e9;
-    const double depth = depth_ + check.travel;
+    const double depth = depth_ + compared_over;
     if (!like_earlier(depth) || resting_) return;
     check.depth = depth;
     check.by_law = by_law(bank(), next_puncture(), depth);
@@ -639,7 +636,7 @@ class OnlineIdentifier {
   std::array<double, most_layers> tops_{};
   Learnt surface_{};
   Likeness likeness_{};
-  std::array<Check, 2> checks_{};
+  Check check_{};
   SlopeLately lately_{};
   Reading last_{};
   Open open_{};
