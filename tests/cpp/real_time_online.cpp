@@ -24,7 +24,8 @@ TEST(RealTime, ReadingsLearntFromAllocateNothing) {
   armed = true;
   for (int i = 0; i < 200000; ++i) {
     const double z = -2e-3 + 4e-6 * (i % 5000), h = std::max(z, 0.0);
-    const bool invalid = i >= 100000 && i % 3 == 0;  // what no sensor should give, within insertions and whole
+    const bool invalid =
+        i >= 100000 && i % 3 == 0;  // what no sensor should give, within insertions and whole
     if (invalid)
       learner.step(forces.depth(), input.depth(), input.dt());
     else

@@ -61,6 +61,11 @@ def test_a_replay_shows_events_and_writes_a_line_an_event_and_one_a_second(file,
     assert "puncture" not in [each.get("event") for each in documents(done.stdout)]
 
 
+def test_where_no_puncture_is_found_the_fall_that_was_looked_for_is_named(file):
+    assert "No fall of at least" not in watched(file, "--speed", "max").output
+    assert "No fall of at least 2 N" in watched(file, "--speed", "max", "--fall-N", "2").output
+
+
 def test_a_replay_gives_each_row_when_it_is_due(file, monkeypatch):
     now = [0.0]
     monkeypatch.setattr(rows.time, "monotonic", lambda: now[0])

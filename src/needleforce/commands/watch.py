@@ -248,5 +248,9 @@ class Watched:
             return
         name = Path(self.name).name
         table(f"events of {name}", EVENT_COLUMNS, [event_cells(each) for each in self.watch.events])
+        if not self.watch.punctures():
+            wanted = self.watch.detector.settings
+            fall = f"{wanted.fall:g} N and {100 * wanted.share:g} % of the largest force"
+            say(f"No fall of at least {fall}, which is a puncture. In soft tissue lower it: --fall-N 0.04")
         if found := learnt(self.watch.now()):
             table(f"tissue of {name}", ["parameter", "value, 95 % interval"], found)

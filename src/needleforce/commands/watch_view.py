@@ -134,7 +134,7 @@ def facts(now: dict[str, Any]) -> list[tuple[str, str]]:
         ("depth", f"{1e3 * now['depth_m']:.2f} mm"),
         ("status", now["status"].replace("_", " ")),
         ("noise", f"{1e3 * now['noise_N']:.3g} mN"),
-        ("needed", f"a fall of {now['needed_fall_N']:.3g} N is a puncture"),
+        ("puncture", f"a fall of {now['needed_fall_N']:.3g} N"),
     ]
     return found + ([] if (ahead := now.get("ahead")) is None else [("ahead", _expected(ahead))])
 
