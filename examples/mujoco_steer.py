@@ -29,15 +29,13 @@ XML = """<mujoco>
     <position joint="shoulder" class="a"/><position joint="elbow" class="a"/><position joint="wrist" class="a"/>
   </actuator>
 </mujoco>"""
-BASE, LINK, NEEDLE = np.array([-0.25, 0.25]), 0.2, 0.12
-SPEED = 10e-3  # [m/s]
+BASE, LINK, NEEDLE, SPEED = np.array([-0.25, 0.25]), 0.2, 0.12, 10e-3  # [m] and [m/s]
 
 
 def joints_for(depth: float, aside: float) -> np.ndarray:
     """Joint angles for an upright needle at a depth, moved aside [m]."""
     x, down = np.array([aside, NEEDLE - depth]) - BASE
-    reach = np.hypot(x, down)
-    bend = np.arccos(reach / (2.0 * LINK))
+    bend = np.arccos(np.hypot(x, down) / (2.0 * LINK))
     first = -np.arctan2(down, x) - bend
     return np.array([first, 2.0 * bend, -first - 2.0 * bend])
 
@@ -62,9 +60,11 @@ for target_depth, (target_aside, _) in zip(plan.motion.depth, plan.motion.latera
             step(model, data, attached)
         depth, aside = end
 
-tip, wrench, line = (np.asarray(each) for each in (attached.sample.tip, attached.sample.wrench, attached.shape(data)))
+tip, wrench, line = map(np.asarray, (attached.sample.tip, attached.sample.wrench, attached.shape(data)))
 print(f"target {1e3 * plan.target[0]:.2f} mm, tip {1e3 * tip[0]:.2f} mm aside at {1e3 * tip[2]:.2f} mm")
-print(f"axial force {attached.sample.force:.3f} N, moment at the hub {1e3 * wrench[4]:.1f} mN m")
+slope = np.gradient(line[:, 0], line[:, 2])[np.argmin(np.abs(line[:, 2]))]
+print(f"axial force {attached.sample.force:.3f} N, lateral force at the hub {wrench[0]:.3f} N")
+print(f"slope at the surface {slope:.4f}, moment at the hub {1e3 * wrench[4]:.1f} mN m")
 plt.plot(1e3 * line[:, 0], -1e3 * line[:, 2]), plt.plot(1e3 * plan.target[0], 60.0, "x"), plt.axhline(0.0, color="gray")
 plt.gca().set(xlabel="aside [mm]", ylabel="depth [mm]"), plt.gca().invert_yaxis()
 plt.savefig("mujoco_steer.svg"), print("wrote mujoco_steer.svg")

@@ -179,6 +179,8 @@ void bind_flexible(nb::module_& module, const char* name, const char* doc) {
       .def("path", &path<dimension, Axial>, "(n, 3) the cut path, over the travel in tissue [m]")
       .def(
           "copy", [](const Self& self) { return Self(self); }, "A copy with its state.")
+      .def_prop_ro("shortens", &Self::shortens,
+                   "whether bending shortens the needle and its axial laws feel that")
       .def("reset", &Self::reset, "Back to before the first contact.")
       .def(
           "restore", [](Self& self, const Self& saved) { self = saved; }, nb::arg("snapshot"),

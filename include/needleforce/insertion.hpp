@@ -60,7 +60,16 @@ class Insertion {
   Sample step(double depth, double velocity, double dt) noexcept {
     const Status status = check(depth, velocity, dt);
     if (status != Status::ok) return refuse(status, dt);
-    return accept(depth, velocity, dt);
+    return accept(depth, velocity, dt, 0.0);
+  }
+
+  /// The same for a tip that moved by `aside` [m] where its face pushes it, by which the cut has moved less.
+  /// Wait-free.
+  Sample step_aside(double depth, double aside, double dt) noexcept {
+    const Status status = check(depth, no_velocity, dt);
+    if (status != Status::ok) return refuse(status, dt);
+    const bool slips = aside != 0.0 && state_.pierced > 0;
+    return accept(depth, no_velocity, dt, slips ? front().slip(state_.cut, depth, aside) : 0.0);
   }
 
   /// Back to before the first contact.
@@ -115,6 +124,15 @@ class Insertion {
   const Limits& limits() const noexcept { return limits_; }
   /// Lateral force of the bevel as a share of the cutting force. Wait-free.
   double lateral_ratio() const noexcept { return lateral_ratio_; }
+  /// Mean force of slow cutting in the layer that the tip is in [N]. Wait-free.
+  double steady_cutting() const noexcept { return state_.pierced > 0 ? front().steady_cutting() : 0.0; }
+  /// True where cutting pays for the lateral force of the bevel, which is a share of its own, and in each
+  /// layer for one of another cause, if there is.
+  bool pays(bool other) const noexcept {
+    return !(other || lateral_ratio_ != 0.0) || std::ranges::all_of(stack(), [&](const PreparedLayer& layer) {
+      return layer.keeps() && (!other || layer.steady_cutting() > 0.0);
+    });
+  }
   /// A number that distinguishes models, with the lateral force of the bevel.
   std::uint64_t model_fingerprint() const noexcept {
     Fingerprint print;
@@ -163,7 +181,7 @@ class Insertion {
     return {depth, travel, below, velocity, elapsed, state_.deepest, advancing, withdrawing};
   }
 
-  [[gnu::always_inline]] Sample accept(double depth, double velocity, double dt) noexcept {
+  [[gnu::always_inline]] Sample accept(double depth, double velocity, double dt, double aside) noexcept {
     const bool first = !state_.started;
     const double travel = first ? 0.0 : depth - state_.depth;
     const double elapsed = state_.waited + dt;
@@ -174,20 +192,20 @@ class Insertion {
     state_.started = true;
     // rare and slow cases are out of line, so that the short path calls nothing
     const bool whole = state_.pierced > 0 || !(depth > layers_[0].puncture);
-    if (!(plain_ && whole)) return in_general(depth, travel, velocity, elapsed, first);
-    return through<true>(moved(depth, travel, velocity, elapsed), first);
+    if (!(plain_ && whole)) return in_general(depth, travel, velocity, elapsed, first, aside);
+    return through<true>(moved(depth, travel, velocity, elapsed), first, aside);
   }
 
   [[gnu::noinline]] Sample in_general(double depth, double travel, double velocity, double elapsed,
-                                      bool first) noexcept {
-    return through<false>(moved(depth, travel, velocity, elapsed), first);
+                                      bool first, double aside) noexcept {
+    return through<false>(moved(depth, travel, velocity, elapsed), first, aside);
   }
 
   /// Cut, contacts from the surface down, shafts from the bottom up, then their sum. Small values
   /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting
   /// and no relaxation, known at compile time: the same code, half the time.
   template <bool plain>
-  [[gnu::always_inline]] Sample through(const Move& move, bool first) noexcept {
+  [[gnu::always_inline]] Sample through(const Move& move, bool first, double aside) noexcept {
     using KnownFriction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
     using KnownCutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
@@ -210,6 +228,7 @@ class Insertion {
       }
     }
     TipForce tip{};
+    if (fresh == 0) cuts.travel -= aside;  // a cut that begins has not slipped
     if (state_.pierced > 0) {
       const PreparedLayer& layer = layers_[plain ? 0 : state_.pierced - 1];
       tip = plain || cuts.dt > 0.0

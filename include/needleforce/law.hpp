@@ -73,14 +73,15 @@ concept SlidesSteadily = requires(const P& prepared, double number) {
 
 /// Cutting at the tip. `enter` starts it at the depth where a layer is punctured, with the force [N] that it
 /// takes over through an interface without resistance, otherwise with a negative one; `advance` moves cut and
-/// memory with the tip. Force [N] at a depth [m], its derivative by depth [N/m], and the mean force [N] over
-/// a long travel at a speed [m/s].
+/// memory with the tip; `forceless` is where a front gives a tip at a depth no force [m]. Force [N] at a
+/// depth [m], its derivative by depth [N/m], and the mean force [N] over a long travel at a speed [m/s].
 template <class P>
 concept PreparedCutting = Memory<typename P::Memory> &&
                           requires(const P& prepared, Cut& cut, const Cut& now, typename P::Memory& memory,
                                    const typename P::Memory& kept, const Move& move, double number) {
                             { prepared.enter(cut, memory, number, number) } noexcept -> std::same_as<void>;
                             { prepared.advance(cut, memory, move) } noexcept -> std::same_as<void>;
+                            { prepared.forceless(now, number) } noexcept -> std::same_as<double>;
                             { prepared.force(now, kept, number) } noexcept -> std::same_as<double>;
                             { prepared.by_depth(now, kept, number) } noexcept -> std::same_as<double>;
                             { prepared.steady(number) } noexcept -> std::same_as<double>;

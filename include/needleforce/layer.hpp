@@ -197,6 +197,23 @@ class PreparedLayer {
       return TipForce{law.force(cut, memory, move.depth), law.by_depth(cut, memory, move.depth)};
     });
   }
+  /// The tip at a depth has moved by `aside` [m] without the cut: so far as that pressed. Returns how far.
+  double slip(Cut& cut, double depth, double aside) const noexcept {
+    const double last = dispatch(cutting_, [&](const auto& law) { return law.forceless(cut, depth); });
+    const double before = std::exchange(cut.front, std::min(cut.front + aside, std::max(cut.front, last)));
+    return cut.front - before;
+  }
+  /// Mean force of slow cutting [N].
+  double steady_cutting() const noexcept {
+    return dispatch(cutting_, [](const auto& law) { return law.steady(0.0); });
+  }
+  /// True where a tip that withdraws gets nothing back of its cutting force.
+  bool keeps() const noexcept {
+    return dispatch(cutting_, [](const auto& law) {
+      if constexpr (requires { law.recovered; }) return !(law.recovered * law.spread > 0.0);
+      return true;
+    });
+  }
   /// The force of the cut without moving it.
   TipForce cut_force(const Cut& cut, const MemoriesOf<Cutting>& memories, double depth) const noexcept {
     return dispatch(cutting_, [&](const auto& law) {

@@ -23,8 +23,8 @@ struct Hand {
   double work = 0.0, lowest = 0.0, turned = 0.0;
   bool moved = true;
 
-  Hand(const Model& model, FlexibleSettings settings)
-      : needle(Insertion(model, any_speed), [&] {
+  Hand(const Model& model, FlexibleSettings settings, const Bevel& bevel = {})
+      : needle(Insertion(model, any_speed, bevel), [&] {
           settings.small_slopes = false;
           return settings;
         }()) {}
@@ -83,8 +83,11 @@ struct Hand {
 FlexibleSettings in_gel(double modulus) { return settings(0.0006921, modulus, 0.0, 0.0, 0.024); }
 
 /// Both ways round a rectangle in depth and across, the second time: work over what is turned over.
-double rectangle(const Model& model, double along, double step, bool across_first) {
-  Hand<1> hand(model, in_gel(50e3));
+double rectangle(const Model& model, double along, double step, bool across_first, const Bevel& bevel = {},
+                 double tip_force = 0.0) {
+  FlexibleSettings gel = in_gel(50e3);
+  gel.beam.layers[0].tip_force = tip_force;
+  Hand<1> hand(model, gel, bevel);
   hand.start({.depth = -1e-3});
   hand.go({.depth = 0.03}, 1e-4);
   hand.go({.depth = 0.0295}, 1e-4);
@@ -107,6 +110,70 @@ TEST(BendingEnergy, RectanglesOfDepthAndAsideReturnNone) {
     }
     EXPECT_NEAR(rectangle(forceless(), 3e-4, 6e-5, across_first), 0.0, 1e-7);
   }
+}
+
+TEST(BendingEnergy, RectanglesOfATipThatIsPushedAsideReturnNone) {
+  for (const double tip_force : {-0.1, 0.0, 0.1})
+    for (const bool across_first : {true, false})
+      for (const double step : {6e-4, 6e-5})
+        for (const double along : {15e-6, -3e-4, 5e-4})
+          EXPECT_GT(rectangle(paper::model(), along, step, across_first, {0.4, 0.1, 1.0}, tip_force), 0.0)
+              << step;
+}
+
+/// Work along a closed path of depth and of what a tip slips aside, at a rate of one part a millisecond.
+double slipped(const Model& model, unsigned seed) {
+  std::mt19937 random(seed);
+  const auto within = [&](double low, double high) {
+    return std::uniform_real_distribution<>(low, high)(random);
+  };
+  Insertion needle(model, any_speed);
+  double depth = 1e-3, force = 0.0, work = 0.0, turned = 0.0, all = 0.0;
+  const auto go = [&](double to, double aside) {
+    const double travel = (to - depth) / 200.0;
+    for (int i = 0; i < 200; ++i) {
+      const double after = needle.step_aside(depth += travel, aside / 200.0, 1e-3).cutting;
+      const double part = 0.5 * (force + after) * (travel - aside / 200.0);
+      force = after, work += part, turned += std::abs(part);
+    }
+  };
+  for (const double to : {1.9e-3, 2.1e-3, 5e-3}) go(to, 0.0);
+  const double home = depth;
+  work = turned = 0.0;
+  for (int turns = 0; turns < 6; ++turns) {
+    const double aside = within(-6e-5, 6e-5);
+    go(home + within(-1e-4, 2e-5), aside);
+    all += aside;
+  }
+  go(home, -all);
+  return turned > 0.0 ? work / turned : 0.0;
+}
+
+TEST(BendingEnergy, ATipThatSlipsAsideGetsNothingBackFromItsCut) {
+  const laws::Cone cone{1e5, 0.3};
+  const laws::PunctureDepth puncture{2e-3};
+  const laws::Coulomb none{0.0, 1e-4, 0.0};
+  const laws::StickSlip sticks{0.1, 0.04, 3e-3, 5.0, 2000.0};
+  const laws::StribeckCutting runs{0.1, 0.04, 1e-3, 5.0, 2000.0, 2e-3};
+  for (unsigned seed = 0; seed < 40; ++seed) {
+    EXPECT_GT(slipped({cone, puncture, none, laws::ConstantCutting{0.08, 20e-6}}, seed), -1e-9) << seed;
+    EXPECT_GT(slipped({cone, puncture, none, laws::Fracture{100.0, 1e-3, 1e5, 5e-4, 0.0, 20e-6}}, seed),
+              -1e-9);
+    EXPECT_GT(slipped({cone, puncture, none, sticks}, seed), -1e-9) << seed;
+    EXPECT_GT(slipped({cone, puncture, none, runs}, seed), -1e-9) << seed;
+  }
+}
+
+TEST(BendingEnergy, ATipThatSlipsAsideUnloadsItsCutBySoMuch) {
+  Insertion needle({laws::Cone{1e5, 0.3}, laws::PunctureDepth{2e-3}, laws::Coulomb{0.0, 1e-4, 0.0},
+                    laws::ConstantCutting{0.08, 20e-6}},
+                   any_speed);
+  for (const double depth : {1.9e-3, 2.1e-3, 5e-3}) needle.step(depth, no_velocity, 1.0);
+  EXPECT_NEAR(needle.step_aside(5e-3, 5e-6, 1.0).cutting, 0.06, 1e-12);    // a quarter of its unloading
+  EXPECT_EQ(needle.step_aside(5e-3, 1e-3, 1.0).cutting, 0.0);              // and no more than to nothing
+  EXPECT_NEAR(needle.step_aside(5.01e-3, 0.0, 1.0).cutting, 0.04, 1e-12);  // from where it loads again
+  EXPECT_NEAR(needle.step_aside(5.01e-3, -1e-3, 1.0).cutting, 0.08, 1e-12);
+  EXPECT_NEAR(needle.step_aside(5.005e-3, 0.0, 1.0).cutting, 0.06, 1e-12);  // the cut did not run ahead
 }
 
 TEST(BendingEnergy, BaseMovedAsideDrawsTheTipBackFromItsCut) {
@@ -190,7 +257,9 @@ Hand<dimension> closed_motion(unsigned seed, bool frictionless, double step) {
              laws::PunctureDepth{drawn(random, 5e-4, 4e-3)},
              laws::Coulomb{drawn(random, 1.0, 40.0), drawn(random, 1e-5, 5e-4), 0.0},
              laws::ConstantCutting{drawn(random, 0.01, 0.5), drawn(random, 1e-5, 1e-4)}};
-  Hand<dimension> hand(model, drawn_settings(random, frictionless));
+  const FlexibleSettings settings = drawn_settings(random, frictionless);
+  const Bevel bevel{0.2 + 0.1 * (seed % 7), 0.2, seed % 2 == 0 || frictionless ? 0.0 : 1.0};
+  Hand<dimension> hand(model, settings, bevel);
   const double depth = between_two(random, 0.01, 0.04);
   hand.start({.depth = -1e-3});
   hand.go({.depth = depth}, step);
@@ -233,6 +302,18 @@ TEST(BendingEnergy, RandomMotionsWithoutFrictionTakeNoneAsTheStepShrinks) {
     const auto coarse = closed_motion<1>(seed, true, 2e-4), fine = closed_motion<1>(seed, true, 5e-5);
     EXPECT_LT(std::abs(coarse.work), 1e-4 * coarse.turned) << seed;
     EXPECT_LT(std::abs(fine.work), 8e-6 * fine.turned) << seed;
+  }
+}
+
+TEST(BendingEnergy, OwnFunctionsAreThoseOfTheLibrary) {
+  for (int k = 1; k < 20000; ++k) {
+    const long double angle = 0.037L * k - 370.0L, x = 1e-3L * k;
+    const auto [cosine, sine] = bending::cos_sin(static_cast<double>(angle));
+    const long double at = static_cast<double>(angle), up = static_cast<double>(x);
+    EXPECT_NEAR(cosine, static_cast<double>(std::cos(at)), 4e-16);
+    EXPECT_NEAR(sine, static_cast<double>(std::sin(at)), 4e-16);
+    EXPECT_NEAR(bending::falling(static_cast<double>(x)) / static_cast<double>(std::exp(-up)), 1.0, 4e-16);
+    EXPECT_NEAR(bending::tanh_of(static_cast<double>(x)) / static_cast<double>(std::tanh(up)), 1.0, 5e-16);
   }
 }
 

@@ -164,3 +164,35 @@ def test_lateral_layer_knows_its_forms():
 def test_a_run_with_arrays_of_different_length_is_refused():
     with pytest.raises((nf.InputError, ValueError)):
         insertion().run(np.zeros(3), np.zeros((4, 2)))
+
+
+def returning():
+    """A model whose crack gives half of the work of spreading back."""
+    cutting = nf.laws.Fracture(
+        toughness=80.0, crack_length=1e-3, plane_strain_modulus=7200.0, radius=0.35e-3, recovered=0.5
+    )
+    return PAPER.replace(cutting=cutting)
+
+
+PUSHED = {"lateral": [nf.LateralLayer(modulus=MODULUS, tip_force=0.05)]}
+BEVELLED = {"bevel": nf.core.Bevel(half_angle=0.4, friction_coefficient=0.1, face_share=1.0)}
+
+
+@pytest.mark.parametrize(
+    "model, tip, why",
+    [
+        (None, PUSHED, "there is no model."),
+        (nf.preset("layered"), PUSHED, "layer 1 has no cutting force; layer 2 has no cutting force."),
+        (returning(), PUSHED, "fracture in layer 1 gives work back"),
+        (returning(), BEVELLED, "fracture in layer 1 gives work back"),
+    ],
+)
+def test_warnings_name_what_keeps_bending_and_axial_force_apart(model, tip, why):
+    (sentence,) = insertion(model=model, **tip).warnings
+    assert why in sentence
+    assert insertion(model=model, **tip, small_slopes=True).warnings == ()
+
+
+@pytest.mark.parametrize("model, tip", [(PAPER, PUSHED), (PAPER, BEVELLED), (None, BEVELLED), (returning(), {})])
+def test_a_needle_whose_tip_is_paid_for_has_no_warning(model, tip):
+    assert insertion(model=model, **tip).warnings == ()

@@ -137,7 +137,7 @@ class BentTrial {
     // a needle that bending shortens has the axial part of the lateral forces, too
     require(shortens() || std::abs(sample.force - axial.force) <= rubbing(),
             "the pressure rubs as far as it can");
-    require(sample.lateral <= steering(), "the bevel pushes as far as it can");
+    require(sample.lateral <= steering(axial.cutting), "the bevel pushes as far as it can");
     require(sample.unsupported >= 0.0 && sample.unsupported <= 2.0, "no more than the needle is free");
     double square = 0.0;
     for (const double component : sample.tangent) square += component * component;
@@ -178,19 +178,21 @@ class BentTrial {
     }
     return 1.001 * settings_.lengths.pressure_friction * max;
   }
-  /// Nothing pushes its tip aside.
-  bool shortens() const {
-    double most = std::abs(lateral_ratio_);
-    for (std::size_t i = 0; i < settings_.beam.layer_count; ++i)
-      most = std::max(most, std::abs(settings_.beam.layers[i].tip_force));
-    return !settings_.small_slopes && most == 0.0;
-  }
-  /// Largest lateral force [N] on the tip: of the bevel's face when it last cut, and of the tissue.
-  double steering() const {
+  /// Cutting pays for what pushes its tip aside, or nothing does.
+  bool shortens() const { return engine_->shortens(); }
+  /// Largest lateral force [N] of a layer on a tip.
+  double pushing() const {
     double max = 0.0;
     for (const bending::LateralLayer& layer : settings_.beam.layers)
       max = std::max(max, std::abs(layer.tip_force));
-    return (1.0 + 1e-12) * (std::abs(lateral_ratio_) * max_.cutting + max);
+    return max;
+  }
+  /// Largest lateral force [N] on the tip: a share of the cutting force, of what is cut ten times it; or of a
+  /// needle that bending does not shorten that of the bevel's face when it last cut, and of the tissue.
+  double steering(double cutting) const {
+    const double ratio = std::abs(lateral_ratio_), above = 1.0 + 1e-12;
+    if (shortens()) return above * cutting * (ratio + (pushing() > 0.0 ? 10.0 : 0.0));
+    return above * (ratio * max_.cutting + pushing());
   }
   /// Altered bytes are refused; with right sums they are refused or lead to numbers that are finite.
   void alter(std::size_t where, std::uint64_t change) {

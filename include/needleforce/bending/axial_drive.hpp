@@ -11,6 +11,7 @@
 #include "../sample.hpp"
 #include "../state_check.hpp"
 #include "bending.hpp"
+#include "elementary.hpp"
 
 namespace needleforce::bending {
 
@@ -49,19 +50,21 @@ class AxialDrive {
         memory_(axial.state()) {}
 
   /// The shaft slides to a travel [m], no faster than the limits allow. The next step makes up for what is
-  /// negligible. Wait-free.
-  void to(double travel, bool embedded) noexcept {
-    if (tried_ && std::abs(travel - slide_.travel) <= negligible) return;
+  /// negligible. The tip has moved by `aside` [m] without the cut. Wait-free.
+  void to(double travel, bool embedded, double aside = 0.0) noexcept {
+    if (tried_ && aside == aside_ && std::abs(travel - slide_.travel) <= negligible) return;
     if (tried_) axial_.return_to(memory_), slide_ = began_;
     tried_ = true;
     const Limits& limits = axial_.limits();
     const double most = std::min(limits.max_speed, fastest) * dt_ + 2.0 * limits.depth_noise;
     const double way = travel - slide_.travel;
     slide_.travel = axial_.state().started ? slide_.travel + std::clamp(way, -most, most) : travel;
-    sample_ = axial_.step(slide_.travel, no_velocity, dt_);
+    aside_ = aside;
+    sample_ = axial_.step_aside(slide_.travel, aside, dt_);
     if (embedded && lengths_.pressure_friction > 0.0) rub(slide_.travel - began_.travel);
   }
   const Sample& sample() const noexcept { return sample_; }
+  double travel() const noexcept { return slide_.travel; }
   /// Axial force of insertion and lateral pressure [N], and its derivative by the travel [N/m].
   double force() const noexcept { return sample_.force + slide_.rub; }
   double by_travel() const noexcept {
@@ -78,7 +81,7 @@ class AxialDrive {
     const DepthNoise noise = noise_of(axial_.limits().depth_noise);
     const double before = slide_.rub, own = full_ / lengths_.presliding;
     if (noise.range > 0.0) travel = slide_.returnable.felt(travel, {.force = before}, dt_, noise);
-    slide_.most += (1.0 - std::exp(-std::abs(travel) / lengths_.presliding)) * (full_ - slide_.most);
+    slide_.most += (1.0 - falling(std::abs(travel) / lengths_.presliding)) * (full_ - slide_.most);
     slide_.most = std::max(slide_.most, full_);
     slide_.holds = before == 0.0 ? own : std::max(slide_.holds, own);
     const double wanted = before + slide_.holds * travel;
@@ -94,7 +97,7 @@ class AxialDrive {
   Axial& axial_;
   Slide& slide_;
   const Bending& lengths_;
-  double full_, dt_;
+  double full_, dt_, aside_ = 0.0;
   bool tried_ = false;
   const Slide began_;
   const typename Axial::State memory_;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "elementary.hpp"
+
 namespace needleforce::bending {
 
 /// A 2 x 2 matrix: rows force and moment, columns deflection and rotation. Not initialised, as a chain of
@@ -118,8 +120,8 @@ inline ColumnStiffness column_stiffness(double p) noexcept {
   }
   const double x = std::sqrt(std::abs(p));
   // of tension over cosh, so that nothing overflows
-  const double small = p > 0.0 ? 1.0 : 1.0 / std::cosh(std::min(x, 700.0));
-  const double sine = p > 0.0 ? std::sin(x) : std::tanh(x), cosine = p > 0.0 ? std::cos(x) : 1.0;
+  const double small = p > 0.0 ? 1.0 : 2.0 * falling(x) / (1.0 + falling(2.0 * x));
+  const auto [cosine, sine] = p > 0.0 ? cos_sin(x) : std::array{1.0, tanh_of(x)};
   const double sign = p > 0.0 ? 1.0 : -1.0;
   const double unit = 1.0 / (sign * 2.0 * (small - cosine) - x * sine) * sign;
   const double turn = sign * (sine - x * cosine);

@@ -10,7 +10,9 @@
 
 #include "beam_foundation.hpp"
 #include "equilibrium_search.hpp"
+#include "section_forces.hpp"
 #include "shortening.hpp"
+#include "tip_face.hpp"
 
 namespace needleforce::bending {
 
@@ -25,22 +27,28 @@ class BeamEquilibrium {
   struct Outcome {
     bool stable = true, converged = true;
     std::size_t iterations = 0;
+    double cutting = 0.0;  ///< force at the tip [N], as its face found it
   };
 
   /// Solves for the shape under a load: at most `max_iterations` solutions of linear equations, one where the
-  /// foundation is linear. A needle that has buckled keeps its last shape. Wait-free.
-  Outcome solve(const BeamProperties& properties, const Path& path, const Load& load) noexcept {
-    Outcome outcome;
+  /// foundation is linear. A needle that has buckled keeps its last shape. `face` gives the cutting force of
+  /// a tip with a `wedge` at a place. Wait-free.
+  template <class Face = NoFace>
+  Outcome solve(const BeamProperties& properties, const Path& path, const Load& load,
+                const Face& face = {}) noexcept {
+    Outcome outcome{.cutting = load.cutting};
     // the newest piece of the path stays within one element
     mesh_.place(properties.sections, properties.elements, std::max(2.0 * path.spacing, 2e-4),
                 load.free_length, load.embedded);
     if (load.embedded > 0.0 && !path.empty()) trace(path);
     for (std::size_t i = 0; i < mesh_.surface(); ++i) columns_[i] = column(i, properties, load);
-    properties.linear() ? solve_once(outcome, properties, path, load)
-                        : iterate(outcome, properties, path, load);
+    properties.linear() ? solve_once(outcome, properties, path, load, face)
+                        : iterate(outcome, properties, path, load, face);
     if (!outcome.stable) return outcome;
     react(properties, load);
-    turn(properties.sections, load);
+    const SectionForces<dimension> sections(mesh_, columns_, properties.sections, load);
+    advancing_ = sections.advancing();
+    turning_ = sections.turning();
     if (load.shortens) shorten();
     if (load.rubs) press(properties, path);
     return outcome;
@@ -85,25 +93,33 @@ class BeamEquilibrium {
   static constexpr std::size_t cautious_after = 5;  // iterations
   static constexpr double close = 1e4;              // tolerances
 
-  void solve_once(Outcome& outcome, const BeamProperties& properties, const Path& path,
-                  const Load& load) noexcept {
+  template <class Face>
+  void solve_once(Outcome& outcome, const BeamProperties& properties, const Path& path, const Load& load,
+                  const Face& face) noexcept {
     Equations equations;
-    assemble(equations, properties, path, load, false);
+    assemble(equations, properties, path, load, outcome.cutting, false);
     outcome.iterations = 1;
     outcome.stable = equations.solve();
-    if (outcome.stable) take(equations);
+    if (!outcome.stable) return;
+    if (pushes(load)) outcome.cutting = push_face(equations, mesh_.count() - 1, load, outcome.cutting, face);
+    take(equations);
   }
-  void iterate(Outcome& outcome, const BeamProperties& properties, const Path& path,
-               const Load& load) noexcept {
+  bool pushes(const Load& load) const noexcept { return load.has_face() && mesh_.embedded() > 0; }
+  template <class Face>
+  void iterate(Outcome& outcome, const BeamProperties& properties, const Path& path, const Load& load,
+               const Face& face) noexcept {
     EquilibriumSearch<dimension> search(mesh_, close * properties.tolerance);
     double change = std::numeric_limits<double>::infinity();
     while (change > properties.tolerance && outcome.iterations < properties.max_iterations) {
       ++outcome.iterations;
       Equations equations;
-      assemble(equations, properties, path, load, outcome.iterations > cautious_after);
+      if (pushes(load)) outcome.cutting = face(mesh_.tip().place);
+      assemble(equations, properties, path, load, outcome.cutting, outcome.iterations > cautious_after);
       if (search.shortened(equations)) continue;
       outcome.stable = equations.solve();
       if (!outcome.stable) return;
+      if (pushes(load))
+        outcome.cutting = push_face(equations, mesh_.count() - 1, load, outcome.cutting, face);
       change = search.advance(equations);
     }
     outcome.converged = change <= close * properties.tolerance;
@@ -119,18 +135,18 @@ class BeamEquilibrium {
   }
 
   void assemble(Equations& equations, const BeamProperties& properties, const Path& path, const Load& load,
-                bool cautious) noexcept {
+                double cutting, bool cautious) noexcept {
     equations.clear(mesh_.count());
     add_free_part(equations, properties, load);
     add_embedded_part(equations, properties, path, load, cautious);
-    add_tip(equations, load);
+    add_tip(equations, load, cutting);
     add_surface(equations, properties, path, load);
     base_ = {equations.diagonal[0], equations.upper[0], equations.value[0]};
     hold_base(equations, properties.support, load);
   }
 
   /// Forces on the tip. That of the axial force follows the needle, as far as it slid on.
-  void add_tip(Equations& equations, const Load& load) const noexcept {
+  void add_tip(Equations& equations, const Load& load, double face) const noexcept {
     const std::size_t last = mesh_.count() - 1;
     equations.diagonal[last].yy += load.contact;
     const bool along = mesh_.embedded() > 0;
@@ -138,14 +154,10 @@ class BeamEquilibrium {
     for (std::size_t d = 0; d < dimension; ++d)
       equations.value[last].y[d] += load.tip_force[d] + load.contact * load.contact_place[d] -
                                     force * mesh_.tip().along[d] - cutting * mesh_.tip().drag[d];
+    if (!pushes(load)) return;
+    for (std::size_t d = 0; d < dimension; ++d) equations.value[last].y[d] += load.wedge[d] * face;
   }
 
-  /// A section above the surface, as an exact beam-column.
-  struct Column {
-    std::size_t section;
-    double length;
-    ColumnStiffness stiffness;
-  };
   Column column(std::size_t i, const BeamProperties& properties, const Load& load) const noexcept {
     const double length = mesh_[i + 1].travel - mesh_[i].travel;
     const double middle = 0.5 * (mesh_[i].travel + mesh_[i + 1].travel);
@@ -208,98 +220,11 @@ class BeamEquilibrium {
   void add_sections(Equations& equations, ElementMatrix& matrix, std::size_t i, double from,
                     const Sections& sections, const Load& load) const noexcept {
     const double h = mesh_.h();
-    each_section(sections, from, load.embedded, [&](const Section& section, double first, double second) {
+    each_section(sections, from, h, load.embedded, [&](const Section& section, double first, double second) {
       add_bending(matrix, section.stiffness, h, first, second);
       add_bend(equations, i, section, load, change_of_slope(first, second, h));
     });
   }
-  /// The sections of the needle in the element that begins at a depth, from the base on, each with the part
-  /// of the element that it takes.
-  template <class Visit>
-  void each_section(const Sections& sections, double from, double embedded, Visit visit) const noexcept {
-    const double h = mesh_.h();
-    for (std::size_t k = sections.count; k-- > 0;) {
-      const double begin = std::max(from, embedded - sections.list[k].end);
-      const double end = k > 0 ? std::min(from + h, embedded - sections.list[k - 1].end) : from + h;
-      if (begin < end) visit(sections.list[k], (begin - from) / h, (end - from) / h);
-    }
-  }
-  static std::array<double, 4> change_of_slope(double first, double second, double h) noexcept {
-    const auto before = hermite_slope(first), after = hermite_slope(second);
-    std::array<double, 4> change;
-    for (std::size_t n = 0; n < 4; ++n) change[n] = (after[n] - before[n]) / h;
-    return change;
-  }
-  /// The moment about the axis is that of each section's own curvature, across the plane in which it points.
-  void turn(const Sections& sections, const Load& load) noexcept {
-    turning_ = advancing_ = 0.0;
-    if (sections.count > 1) advance_sections(sections, load);
-    if (!sections.bent()) return;
-    for (std::size_t i = 0; i < mesh_.surface(); ++i)
-      turning_ += turned(i, sections.list[columns_[i].section], load, 0.0, 1.0);
-    for (std::size_t i = mesh_.surface(); i + 1 < mesh_.count(); ++i)
-      each_section(sections, mesh_[i].travel, load.embedded,
-                   [&](const Section& section, double first, double second) {
-                     turning_ += turned(i, section, load, first, second);
-                   });
-  }
-  /// What bending gains as the section moves down at a place where it changes.
-  void advance_sections(const Sections& sections, const Load& load) noexcept {
-    for (std::size_t i = 1; i < mesh_.surface(); ++i)
-      advancing_ += given_back(i, sections, sections.list[columns_[i].section], load) -
-                    given_back(i, sections, sections.list[columns_[i - 1].section], load);
-    for (std::size_t i = mesh_.surface(); i + 1 < mesh_.count(); ++i) {
-      const Section* above = nullptr;
-      each_section(sections, mesh_[i].travel, load.embedded,
-                   [&](const Section& section, double first, double) {
-                     if (above)
-                       advancing_ += energy_at(i, *above, load, first) - energy_at(i, section, load, first);
-                     above = &section;
-                   });
-    }
-  }
-  /// Energy per length [N] that an element has at xi if it is of a section.
-  double energy_at(std::size_t i, const Section& section, const Load& load, double xi) const noexcept {
-    const auto &a = mesh_[i], &b = mesh_[i + 1];
-    const double h = mesh_.h(), per_square = 1.0 / (h * h);
-    double sum = 0.0;
-    for (std::size_t d = 0; d < dimension; ++d) {
-      const double bend = per_square * ((12.0 * xi - 6.0) * (a.place[d] - b.place[d]) +
-                                        h * ((6.0 * xi - 4.0) * a.slope[d] + (6.0 * xi - 2.0) * b.slope[d])) -
-                          section.curvature * load.bend[d];
-      sum += 0.5 * section.stiffness * bend * bend;
-    }
-    return sum;
-  }
-  /// Energy [N], M^2 / 2 EI + M curvature, that a section gives back per length at the upper end of column i.
-  double given_back(std::size_t i, const Sections& sections, const Section& section,
-                    const Load& load) const noexcept {
-    const Column& own = columns_[i];
-    const Section& below = sections.list[own.section];
-    const auto &a = mesh_[i], &b = mesh_[i + 1];
-    const auto& [s11, s12, s22, s24] = own.stiffness.value;
-    const double unit = below.stiffness / own.length;
-    double sum = 0.0;
-    for (std::size_t d = 0; d < dimension; ++d) {
-      const double moment =
-          -unit * (s12 * (a.place[d] - b.place[d]) / own.length + s22 * a.slope[d] + s24 * b.slope[d]) -
-          below.stiffness * below.curvature * load.bend[d];
-      sum += moment * (0.5 * moment / section.stiffness + section.curvature * load.bend[d]);
-    }
-    return sum;
-  }
-  double turned(std::size_t i, const Section& section, const Load& load, double first,
-                double second) const noexcept {
-    const auto &a = mesh_[i], &b = mesh_[i + 1];
-    const double length = b.travel - a.travel;
-    const auto change = change_of_slope(first, second, length);
-    double across = 0.0;
-    for (std::size_t d = 0; d < dimension; ++d)
-      across += load.bend_turns[d] * (change[0] * a.place[d] + change[1] * length * a.slope[d] +
-                                      change[2] * b.place[d] + change[3] * length * b.slope[d]);
-    return section.stiffness * section.curvature * across;
-  }
-
   /// The pivot, and the foundation along a length too short for elements.
   void add_surface(Equations& equations, const BeamProperties& properties, const Path& path,
                    const Load& load) const noexcept {
@@ -421,7 +346,7 @@ class BeamEquilibrium {
   };
 
   BeamMesh<dimension> mesh_{};
-  std::array<Column, max_sections + 1> columns_{};
+  Columns columns_{};
   BaseEquation base_{};
   Place force_{}, moment_{};
   Shortening shortening_{};

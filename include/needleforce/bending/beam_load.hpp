@@ -33,6 +33,8 @@ struct BeamLoad {
   double free_length = 0.0;  ///< of the needle from the base to the surface, or to the tip above it [m]
   Place lateral{}, tilt{};   ///< of the base [m], [rad]
   Place tip_force{};         ///< [N]
+  Place wedge{};             ///< lateral over cutting force at the face of the tip
+  double cutting = 0.0;      ///< force at the tip [N], until the face is at its place
   Place bend{};              ///< direction in which the unloaded needle is bent, a unit vector
   Place bend_turns{};        ///< its derivative by the roll
   Compression compression{};
@@ -43,6 +45,12 @@ struct BeamLoad {
   bool shortens = false;    ///< bending does, of a needle whose shaft slides less then
   bool pulls_back = false;  ///< the newest piece of path, which the tip writes, holds the tip
   bool rubs = false;        ///< lateral pressure makes axial friction
+
+  bool has_face() const noexcept {
+    for (const double each : wedge)
+      if (each != 0.0) return true;
+    return false;
+  }
 };
 
 /// Chosen before the loop.

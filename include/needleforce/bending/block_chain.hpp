@@ -57,6 +57,33 @@ class BlockChain {
     return stable;
   }
 
+  /// After `solve`, the solution for a unit force on the last node alone. Wait-free.
+  void unit_at_last(std::array<NodeValue<1>, capacity>& unit) const noexcept {
+    const std::size_t middle = count_ / 2, last = count_ - 1;
+    const auto at = [](const Block& block, const NodeValue<1>& of) {
+      return NodeValue<1>{{block.yy * of.y[0] + block.yr * of.r[0]},
+                          {block.ry * of.y[0] + block.rr * of.r[0]}};
+    };
+    NodeValue<1> load{{1.0}, {0.0}};
+    for (std::size_t i = last;; --i) {
+      Block inverse;
+      invert(diagonal[i], inverse);
+      unit[i] = at(inverse, load);
+      if (i == middle) break;
+      load = at(upper[i - 1], unit[i]);
+      load = {{-load.y[0]}, {-load.r[0]}};
+    }
+    for (std::size_t i = middle; i > 0; --i) {
+      const NodeValue<1> by = at(upper[i - 1], unit[i]);
+      unit[i - 1] = {{-by.y[0]}, {-by.r[0]}};
+    }
+    for (std::size_t i = middle; i < last; ++i) {
+      const NodeValue<1> by = at(lower[i], unit[i]);
+      unit[i + 1].y[0] -= by.y[0];
+      unit[i + 1].r[0] -= by.r[0];
+    }
+  }
+
   std::array<Block, capacity> diagonal, upper, lower;  // upper[i]: row i, column i + 1; lower[i]: reversed
   std::array<Value, capacity> value;
 

@@ -30,6 +30,7 @@ class FlexibleInsertion : private ShapeInTissue<dimension, Axial> {
   using Shape::settings_;
   using Shape::settle;
   using Shape::share_left;
+  using Shape::shortens_;
   using Shape::state_;
   using typename Shape::Events;
 
@@ -96,6 +97,8 @@ class FlexibleInsertion : private ShapeInTissue<dimension, Axial> {
   /// The path that the tip has cut.
   const TissuePath<dimension>& path() const noexcept { return state_.path; }
   const FlexibleSettings& settings() const noexcept { return settings_; }
+  /// True where bending shortens the needle and its axial laws feel that. Wait-free.
+  bool shortens() const noexcept { return shortens_; }
 
  private:
   static std::uint64_t number_of(const Axial& axial, const FlexibleSettings& settings) noexcept {
@@ -257,8 +260,11 @@ class FlexibleInsertion : private ShapeInTissue<dimension, Axial> {
     result.buckled = state_.buckled;
     result.moved = true;
     const double left = share_left(state_.reached);
-    for (const double push : state_.push) result.lateral += push * push;
-    result.lateral = left * std::sqrt(result.lateral);
+    for (std::size_t d = 0; d < dimension; ++d) {
+      const double push = left * state_.push[d] + state_.wedged[d] * state_.sample.cutting;
+      result.lateral += push * push;
+    }
+    result.lateral = std::sqrt(result.lateral);
     result.status = state_.sample.status;
     if (result.status == Status::ok && (state_.buckled || !events.converged || too_steep()))
       result.status = Status::outside_range;

@@ -40,6 +40,8 @@ struct FlexibleState {
   double grip = 0.0;      ///< lateral stiffness of the surface that it presses on [N/m]
   Place ahead{};          ///< where the tissue ahead of the tip is unloaded
   Place push{};           ///< lateral force on the tip when it last cut [N]
+  Place wedge{};          ///< lateral over cutting force of the face when the tip last cut
+  Place wedged{};         ///< what of it was left in the last solution
   Place lean{};           ///< what makes the axial force there follow the needle, not the path [N]
   double charge = 0.0;    ///< axial force that pays for the work of the lateral force on a tip that cuts [N]
   double owed = 0.0;      ///< what it has not paid yet [J]
@@ -73,7 +75,8 @@ void check(StateCheck& check, const FlexibleState<dimension>& state,
   check.numbers("base.tilt", state.base.tilt, 1.0);
   check.require("base.roll", std::isfinite(state.base.roll));
   check.numbers("tip_load", state.tip_load.share(), 1.0 + 1e-9);
-  for (const std::array<double, dimension>* each : {&state.touch, &state.ahead, &state.push, &state.lean})
+  for (const std::array<double, dimension>* each :
+       {&state.touch, &state.ahead, &state.push, &state.lean, &state.wedge, &state.wedged})
     check.numbers("tip", *each);
   check.numbers("tip", std::array{state.along, state.force, state.tip_pull, state.charge, state.owed});
   check.number("reached", state.reached, -2.0 * farthest, 2.0 * farthest);

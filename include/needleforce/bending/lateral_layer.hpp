@@ -11,6 +11,7 @@
 
 #include "../foundation.hpp"
 #include "../parameter.hpp"
+#include "elementary.hpp"
 
 namespace needleforce::bending {
 
@@ -75,7 +76,7 @@ inline Secant stiffness_at(const LateralLayer& layer, double offset) noexcept {
       return {k * one, k * one * one};
     }
     case FoundationForm::tanh: {
-      const double t = std::tanh(y);
+      const double t = tanh_of(y);
       return {y > 1e-8 ? k * t / y : k, k * (1.0 - t * t)};
     }
     default:

@@ -9,6 +9,7 @@
 #include <cstddef>
 
 #include "axial_drive.hpp"
+#include "elementary.hpp"
 #include "tip_in_tissue.hpp"
 
 namespace needleforce::bending {
@@ -54,7 +55,7 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     bool inside = in_tissue();
     Shortening shape = began.shape;
     state_.reached = to.depth - shape.whole();
-    drive.to(slid(began, shape, to.depth), in_tissue());
+    drive.to(slid(began, shape, to.depth), in_tissue());  // the tip has not moved aside yet
     if (axial_.pierced_layers() > 0 && !state_.embedded && state_.reached > 0.0) enter(reached);
     press(drive.sample());
     turn_tip(to, reached, drive.sample());
@@ -65,8 +66,16 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     bool holds = true;   // the last of the tissue may push a tip out
     double bears = 0.0;  // a force at which the needle did not buckle
     const bool lost = state_.buckled;
+    const auto solved = [&] {
+      const double travel = drive.travel();
+      load.cutting = drive.sample().cutting;
+      return solve(load, events, [&](const Place& tip) noexcept {
+        drive.to(travel, in_tissue(), aside(began, load, tip));
+        return drive.sample().cutting;
+      });
+    };
     for (std::size_t tries = 1; !lost; ++tries) {
-      if (!solve(load, events)) {
+      if (!solved()) {
         if (!coupled() || tries == max_tries) break;
         force = search.back(force, bears);
         load = load_of(to, shape, force, drive.force());
@@ -77,13 +86,16 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
       inside |= in_tissue();
       const Shortening now = shortening();
       const double pull = load.compression.free - load.compression.surface;
-      drive.to(slid(began, now, to.depth), in_tissue());
-      state_.tip_pull = tip_pull(load, drive.force());
+      const double across = aside(began, load, tip_place());
+      drive.to(slid(began, now, to.depth), in_tissue(), across);
+      const double cutting = drive.sample().cutting;
+      state_.tip_pull = tip_pull(load, drive.force(), cutting);
       const double missing = drive.force() + state_.tip_pull - force;
       const double change = now.whole() - began.shape.whole();
       const double unbalanced = std::abs(missing) + std::abs(free_pull() - pull);
       holds = tries < max_tries || load.cuts || mesh().embedded() > 0;
       if (tries == max_tries || (unbalanced * std::abs(change) <= smallest_work &&
+                                 std::abs((cutting - load.cutting) * across) <= smallest_work &&
                                  std::abs(missing) <= small_force * (1.0 + std::abs(force)) &&
                                  std::abs(now.whole() - shape.whole()) <= smallest_length))
         break;
@@ -128,12 +140,24 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     }
     return std::min(wanted, std::min(state_.path.longest(), axial_.reach()));
   }
+  /// How far the tip has moved from its path to a place as its face pushes it, times the lateral over the
+  /// cutting force [m].
+  double aside(const Began& began, const BeamLoad<dimension>& load, const Place& tip) const noexcept {
+    if (!in_tissue() || mesh().embedded() == 0) return 0.0;
+    const double way = state_.reached - began.reached;
+    double sum = 0.0;
+    for (std::size_t d = 0; d < dimension; ++d)
+      sum += 0.5 * (load.wedge[d] + state_.wedged[d]) * (tip[d] - began.tip[d] - mesh().tip().along[d] * way);
+    return sum;
+  }
   /// What the part above the surface is compressed by more than the rest: the needle at the surface bears the
   /// axial part of the lateral forces of the tissue [N].
   double free_pull() const noexcept { return mesh().embedded() > 0 ? state_.beam.pull() : 0.0; }
 
-  bool solve(const BeamLoad<dimension>& load, Events& events) noexcept {
-    const auto outcome = state_.beam.solve(settings_.beam, state_.path, load);
+  template <class Face = NoFace>
+  bool solve(BeamLoad<dimension>& load, Events& events, const Face& face = {}) noexcept {
+    const auto outcome = state_.beam.solve(settings_.beam, state_.path, load, face);
+    load.cutting = outcome.cutting;
     state_.buckled = !outcome.stable;
     events.converged &= outcome.converged;
     return outcome.stable;
@@ -142,7 +166,7 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
   BeamLoad<dimension> spring_out(const Base& to, double force, Events& events) noexcept {
     state_.buckled = false;
     state_.tip_pull = 0.0;
-    const BeamLoad<dimension> load = load_of(to, {}, force, force);
+    BeamLoad<dimension> load = load_of(to, {}, force, force);
     solve(load, events);
     state_.reached = to.depth - shortening().whole();
     if (!(state_.reached > 0.0)) return load;
@@ -159,10 +183,11 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     events.punctured |= state_.sample.punctured;
     events.exit |= state_.sample.exit;
     const bool bends = coupled() && !state_.buckled;
+    state_.wedged = load.wedge;
     state_.along = drive.force() + (bends ? state_.tip_pull + free_pull() : 0.0);
     state_.force = state_.along - (bends && guided() ? state_.beam.pull() : 0.0);
     if (mesh().embedded() > 0)
-      state_.beam.turn_friction(1.0 - std::exp(-std::abs(state_.slid - began.slid) / state_.path.spacing),
+      state_.beam.turn_friction(1.0 - falling(std::abs(state_.slid - began.slid) / state_.path.spacing),
                                 shortens_);
     if (!(state_.reached > 0.0)) leave();
     if (load.cuts) {
@@ -201,7 +226,7 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
         std::max(0.0, settings_.beam.support.free_length(base.depth) + (inside ? shape.free : base.depth));
     load.compression = {force + (coupled() && inside ? free_pull() : 0.0), force,
                         force - state_.slide.share * axial, (1.0 - state_.slide.share) * axial};
-    const std::array<double, 2> bevel{std::cos(base.roll), std::sin(base.roll)};
+    const std::array<double, 2> bevel = cos_sin(base.roll);
     const std::array<double, 2> turns{-bevel[1], bevel[0]};
     const double left = inside ? share_left(state_.reached) : 0.0;
     for (std::size_t d = 0; d < dimension; ++d) {
@@ -210,6 +235,7 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
       load.bend[d] = bevel[d];
       load.bend_turns[d] = turns[d];
       load.tip_force[d] = left * (state_.push[d] + state_.lean[d]);
+      load.wedge[d] = inside && coupled() ? left * state_.wedge[d] : 0.0;
     }
     if (inside) {
       load.cuts = state_.reached >= state_.path.front();

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "elementary.hpp"
 #include "flexible_state.hpp"
 
 namespace needleforce::bending {
@@ -23,11 +24,12 @@ class TipInTissue {
   TipInTissue(const Axial& axial, const FlexibleSettings& settings) noexcept
       : axial_(axial),
         settings_(settings),
-        shortens_(!settings.small_slopes && axial.lateral_ratio() == 0.0 && !pushes(settings.beam)),
+        shortens_(!settings.small_slopes && axial.pays(pushes(settings.beam))),
         state_(settings.lengths.path_spacing) {}
 
   /// True where bending shortens the needle, by no more than what its slopes may be. A tip that is pushed
-  /// aside as it cuts has no energy to be a derivative of: its needle is as long as it was.
+  /// aside where cutting does not pay for it has no energy to be a derivative of: its needle is as long as it
+  /// was.
   bool coupled() const noexcept {
     const double length = mesh().count() > 0 ? mesh().tip().travel - mesh().base().travel : 0.0;
     return shortens_ && std::abs(state_.beam.shortening().whole()) <= length / 3.0;
@@ -49,7 +51,7 @@ class TipInTissue {
       state_.path.write(state_.path.next_node(), place, mesh().tip().slope);
     state_.path.write(reached, place);
     state_.ahead = place;
-    state_.push = state_.lean = {};
+    state_.push = state_.lean = state_.wedge = state_.wedged = {};
   }
   /// A tip that presses on a half space of nu = 1/2 is held across by 2/3 of the axial stiffness (Mindlin).
   /// What more of it touches is unloaded there; what loses touch has no force.
@@ -63,8 +65,8 @@ class TipInTissue {
       state_.touch[d] = place - before / state_.grip * (place - state_.touch[d]);
     }
   }
-  /// The tip's lateral force follows the bevel while the tip cuts. The axial force pays
-  /// for what the lateral force does on the tip: the bevel is a wedge.
+  /// The tip's lateral force follows the bevel while the tip cuts. The face is a wedge: its force is a share
+  /// of the cutting force, which pays for what it does.
   void turn_tip(const Base& to, double before, const Sample& sample) noexcept {
     state_.charge = 0.0;
     if (!in_tissue()) return;
@@ -73,12 +75,17 @@ class TipInTissue {
     const double share = std::min(1.0, cut / (state_.reached - before));
     state_.tip_load.advance(cut, settings_.lengths.bevel_length,
                             to.roll - share * (to.roll - state_.base.roll), to.roll);
-    const double left = 1.0 - std::exp(-cut / settings_.lengths.tip_memory);
-    const double pays = 1.0 - std::exp(-cut / state_.path.spacing);
-    const double full = sample.lateral + tip_force_at(state_.reached);
+    const double left = 1.0 - falling(cut / settings_.lengths.tip_memory);
+    const double pays = 1.0 - falling(cut / state_.path.spacing);
+    const double turned = 1.0 - falling(cut / shortest);
+    const double full = sample.lateral + tip_force_at(state_.reached), wedge = wedge_at(state_.reached);
     for (std::size_t d = 0; d < dimension; ++d) {
       state_.ahead[d] += left * (state_.path.front_place()[d] - state_.ahead[d]);
-      state_.push[d] = full * state_.tip_load.share()[d];
+      const double bevel = state_.tip_load.share()[d];
+      if (shortens_)
+        state_.wedge[d] += turned * (wedge * bevel - state_.wedge[d]);
+      else
+        state_.push[d] = full * bevel;
     }
     state_.charge = state_.owed * pays / cut;
     state_.owed -= state_.owed * pays;
@@ -88,7 +95,7 @@ class TipInTissue {
   void lean(double piece) noexcept {
     if (mesh().embedded() == 0) return;
     const double spacing = state_.path.spacing;
-    const double left = 1.0 - std::exp(-spacing / settings_.lengths.tip_memory);
+    const double left = 1.0 - falling(spacing / settings_.lengths.tip_memory);
     const LateralLayer& layer = layer_at(state_.reached);
     const double drags = !coupled() ? 0.0
                                     : (layer.modulus + layer.yielding_modulus) * piece * piece *
@@ -107,6 +114,7 @@ class TipInTissue {
   void forget() noexcept {
     state_.embedded = state_.buckled = false;
     state_.slide = {};
+    state_.wedge = state_.wedged = {};
     state_.path.clear();
     state_.tip_load.clear();
   }
@@ -121,7 +129,7 @@ class TipInTissue {
   }
   /// What the lateral energy gains per travel of the tip along its path, at the shape of the last solution
   /// [N].
-  double tip_pull(const BeamLoad<dimension>& load, double axial) const noexcept {
+  double tip_pull(const BeamLoad<dimension>& load, double axial, double cutting) const noexcept {
     if (!in_tissue()) return 0.0;
     const LateralLayer& layer = layer_at(state_.reached);
     const auto& tip = mesh().tip();
@@ -144,7 +152,7 @@ class TipInTissue {
       const double turn = newest ? 0.0 : (tip.along[d] - mesh()[last - 1].along[d]) / h;
       sum += load.compression.tip * ((tip.place[d] - tip.path[d]) * turn - 0.5 * slope * slope) +
              (1.0 - state_.slide.share) * axial * tip.drag[d] * slope +
-             tip.slope[d] * (load.contact * off - load.tip_force[d]);
+             tip.slope[d] * (load.contact * off - load.tip_force[d]) - load.wedge[d] * cutting * slope;
     }
     if (left > 0.0 && left < 1.0) sum += held / settings_.lengths.unloading;
     if (load.pivot < 1.0)
@@ -165,6 +173,12 @@ class TipInTissue {
                std::clamp(0.5 + (depth - beam.layers[i].top) / state_.path.spacing, 0.0, 1.0);
     return force;
   }
+  /// Lateral over cutting force of the tip at a depth.
+  double wedge_at(double depth) const noexcept {
+    const double cutting = axial_.steady_cutting(), force = tip_force_at(depth);
+    const double by_layer = cutting > 0.0 ? std::clamp(force / cutting, -steepest, steepest) : 0.0;
+    return axial_.lateral_ratio() + by_layer;
+  }
   const LateralLayer& layer_at(double depth) const noexcept {
     const BeamProperties& beam = settings_.beam;
     std::size_t layer = 0;
@@ -178,6 +192,9 @@ class TipInTissue {
     return std::any_of(beam.layers.begin(), end,
                        [](const LateralLayer& layer) { return layer.tip_force != 0.0; });
   }
+
+  static constexpr double shortest = 1e-6;  // cut [m] in which the face takes its force up
+  static constexpr double steepest = 10.0;  // lateral over cutting force of a layer
 
   Axial axial_;
   FlexibleSettings settings_;

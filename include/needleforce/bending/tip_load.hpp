@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "elementary.hpp"
+
 namespace needleforce::bending {
 
 /// Direction and share of the tip's lateral force, a vector B in the tissue of length 0 to 1. The face that
@@ -16,14 +18,13 @@ class TipLoad {
   /// The tip advances by `travel` [m] through new tissue while its roll goes from one angle to another
   /// [rad], evenly. Exact. Wait-free.
   void advance(double travel, double length, double roll_before, double roll_after) noexcept {
-    const double ratio = length > 0.0 ? travel / length : 1e300,
-                 kept = ratio < 700.0 ? std::exp(-ratio) : 0.0;
+    const double ratio = length > 0.0 ? travel / length : 1e300, kept = ratio < 700.0 ? falling(ratio) : 0.0;
     const double turn = roll_after - roll_before;  // dB/ds = (e^(i(roll + w s)) - B) / b
     const double slip = ratio < 1e200 && travel > 0.0 ? turn / ratio : 0.0;  // w b
     // particular solution e^(i roll) / (1 + i w b)
     const double scale = 1.0 / (1.0 + slip * slip);
     const auto particular = [=](double roll) {
-      const double c = std::cos(roll), s = std::sin(roll);
+      const auto [c, s] = cos_sin(roll);
       return std::array{scale * (c + slip * s), scale * (s - slip * c)};
     };
     const auto before = particular(roll_before), after = particular(roll_after);

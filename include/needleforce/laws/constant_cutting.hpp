@@ -39,6 +39,10 @@ struct ConstantCutting {
     void advance(Cut& cut, Memory&, const Move& move) const noexcept {
       cut.front = std::max(cut.front, move.depth);
     }
+    /// Where the front may be of a tip at a depth that presses no more [m].
+    double forceless(const Cut& cut, double depth) const noexcept {
+      return depth + cut.held + 1.0 / per_travel;
+    }
     /// The share of the force that is left `cut.front - depth` behind the deepest cut.
     double loaded(const Cut& cut, double depth) const noexcept {
       return std::max(0.0, 1.0 - std::max(0.0, cut.front - cut.held - depth) * per_travel);

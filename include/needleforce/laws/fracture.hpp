@@ -68,6 +68,7 @@ struct Fracture {
       const double held = cut.held * crack.per_travel;
       memory.opened = std::clamp(memory.opened + move.travel * crack.per_travel, -held, 1.0 + held);
     }
+    double forceless(const Cut& cut, double depth) const noexcept { return crack.forceless(cut, depth); }
     /// 0 above the entry and 1 in the hole, so that no closed path around it gains work.
     double inside(const Cut& cut, double depth) const noexcept {
       return std::clamp((depth - cut.entry) * crack.per_travel, 0.0, 1.0);

@@ -26,6 +26,7 @@ struct NoCutting {
     void advance(Cut& cut, Memory&, const Move& move) const noexcept {
       cut.front = std::max(cut.front, move.depth);
     }
+    double forceless(const Cut&, double depth) const noexcept { return depth; }
     double force(const Cut&, const Memory&, double) const noexcept { return 0.0; }
     double by_depth(const Cut&, const Memory&, double) const noexcept { return 0.0; }
   };

@@ -112,6 +112,7 @@ struct StickSlip::Prepared {
       memory.running ? run(memory, force, left, speed) : stick(memory, force, left, speed);
     cut.front = move.depth - force / law.stiffness;
   }
+  double forceless(const Cut&, double depth) const noexcept { return depth; }
   double force(const Cut& cut, const Memory&, double depth) const noexcept {
     return std::max(0.0, law.stiffness * (depth - cut.front));
   }

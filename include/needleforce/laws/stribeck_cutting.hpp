@@ -105,6 +105,7 @@ struct StribeckCutting::Prepared {
       cut.front += memory.speed * dt;
     }
   }
+  double forceless(const Cut&, double depth) const noexcept { return depth; }
   double force(const Cut& cut, const Memory&, double depth) const noexcept {
     return std::max(0.0, law.stiffness * (depth - cut.front));
   }

@@ -50,21 +50,11 @@ class CondensedInsertion {
 
   /// One cycle: the tip would be at `depth` [m] from the undeformed surface, and moves at `velocity` [m/s],
   /// `dt` [s] after the last call. Wait-free; the cost is bounded, and does not depend on the mesh.
-  Sample step(double depth, double velocity, double dt) noexcept {
-    const Status status = check(depth, velocity, dt);
-    if (status != Status::ok) return refuse(status, dt);
-    if (!state_.started) begin(depth);
-    const double elapsed = state_.waited + dt, travel = depth - state_.noisy.shown;
-    state_.waited = 0.0;
-    const double before = state_.last.force, to = felt_at(depth, elapsed), felt = to - state_.depth;
-    const double speed = std::abs(velocity == no_velocity ? felt / elapsed : velocity);
-    const std::size_t pierced = state_.pierced;
-    const double dissipated = move(to, speed, elapsed);
-    if (velocity == no_velocity)
-      velocity = std::clamp(travel / elapsed, -limits_.max_speed, limits_.max_speed);
-    const Sample sample = sampled(depth, felt, velocity, state_.pierced > pierced);
-    if (noise_.range > 0.0) state_.noisy.add(before, dissipated, sample.force, noise_);
-    return sample;
+  Sample step(double depth, double velocity, double dt) noexcept { return step(depth, velocity, dt, 0.0); }
+  /// The same for a tip that moved by `aside` [m] where its face pushes it, by which the cut has moved less.
+  /// Wait-free.
+  Sample step_aside(double depth, double aside, double dt) noexcept {
+    return step(depth, no_velocity, dt, aside);
   }
 
   void reset() noexcept { state_ = CondensedState{}; }
@@ -131,6 +121,17 @@ class CondensedInsertion {
   double reach() const noexcept { return tissue_.length(); }
   /// Lateral force of the bevel as a share of the cutting force. Wait-free.
   double lateral_ratio() const noexcept { return lateral_ratio_; }
+  /// Force of slow cutting in the layer that the tip is in [N]. Wait-free.
+  double steady_cutting() const noexcept {
+    return state_.pierced > 0 ? layers_[state_.pierced - 1].cutting(0.0) : 0.0;
+  }
+  /// True where cutting pays for the lateral force of the bevel, which is a share of its own, and in each
+  /// layer for one of another cause, if there is.
+  bool pays(bool other) const noexcept {
+    for (std::size_t i = 0; i < layers_.count(); ++i)
+      if (other && !(layers_[i].cutting(0.0) > 0.0)) return false;
+    return true;
+  }
   /// A number that distinguishes tissues and models, with the lateral force of the bevel.
   std::uint64_t model_fingerprint() const noexcept {
     Fingerprint print;
@@ -171,6 +172,23 @@ class CondensedInsertion {
     return possible ? Status::ok : Status::outside_range;
   }
 
+  Sample step(double depth, double velocity, double dt, double aside) noexcept {
+    const Status status = check(depth, velocity, dt);
+    if (status != Status::ok) return refuse(status, dt);
+    if (!state_.started) begin(depth);
+    const double elapsed = state_.waited + dt, travel = depth - state_.noisy.shown;
+    state_.waited = 0.0;
+    const double before = state_.last.force, to = felt_at(depth, elapsed), felt = to - state_.depth;
+    const double speed = std::abs(velocity == no_velocity ? felt / elapsed : velocity);
+    const std::size_t pierced = state_.pierced;
+    const double dissipated = move(to, speed, elapsed, aside);
+    if (velocity == no_velocity)
+      velocity = std::clamp(travel / elapsed, -limits_.max_speed, limits_.max_speed);
+    const Sample sample = sampled(depth, felt, velocity, state_.pierced > pierced);
+    if (noise_.range > 0.0) state_.noisy.add(before, dissipated, sample.force, noise_);
+    return sample;
+  }
+
   [[gnu::noinline]] Sample refuse(Status status, double dt) noexcept {
     const bool waits = dt > 0.0 && std::isfinite(dt);
     if (waits) state_.waited = std::min(state_.waited + dt, longest);
@@ -201,7 +219,7 @@ class CondensedInsertion {
 
   /// In parts of at most half a spacing, so that bounds and tip follow; in the air at once. Returns what is
   /// dissipated [J].
-  double move(double depth, double speed, double elapsed) noexcept {
+  double move(double depth, double speed, double elapsed, double aside) noexcept {
     if (!in_tissue(state_)) state_.depth = std::max(state_.depth, std::min(depth, 0.0));
     const double before = state_.depth, way = depth - before;
     // as many as twice the path has, also where tissue that is pulled up goes along for longer
@@ -209,6 +227,7 @@ class CondensedInsertion {
         1 + static_cast<std::size_t>(std::min(std::abs(way) / (0.5 * tissue_.spacing), max_parts));
     layers_.at_speed(speed);
     ShaftAndTip moved = motion(layers_.relaxing(elapsed / static_cast<double>(parts)));
+    if (aside != 0.0) moved.slip(aside, way);
     double dissipated = 0.0;
     for (std::size_t k = 1; k < parts && (in_tissue(state_) || way > 0.0); ++k)
       dissipated += moved.move(before + way * static_cast<double>(k) / static_cast<double>(parts), speed);

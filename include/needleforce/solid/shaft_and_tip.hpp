@@ -68,6 +68,15 @@ class ShaftAndTip {
     state_.steady = false;
   }
 
+  /// The tip moves by `aside` [m] without the cut, before the needle does by `travel`: tissue that it pressed
+  /// springs back by as much, so far as it was pressed.
+  void slip(double aside, double travel) noexcept {
+    if (state_.tip < state_.cut || state_.on_contact || !(state_.tip_force > 0.0)) return;
+    const double gap = state_.depth + travel - state_.tip - by_shaft(BetweenNodes::at(state_.tip, tissue_));
+    place_tip(std::clamp(state_.tip + std::min(aside, std::max(0.0, gap)), 0.0, farthest_tip()));
+    state_.cut = state_.tip;
+  }
+
   /// Balance with the tip where it is in the tissue, then the tip moves on, in turns: the balance is a convex
   /// problem, and where the shaft sticks next to the tip, tissue follows the tip by more than it moves.
   /// Returns what the base has paid for sliding and cutting [J].

@@ -14,6 +14,7 @@ from ..checks import instance_of
 from ..errors import InputError
 from ..mechanics.foundation import foundation_modulus
 from .model import Model, solid_engine
+from .validity import coupling_warnings
 
 LateralLayer = core.LateralLayer
 
@@ -77,7 +78,7 @@ class FlexibleInsertion:
         Elements along the embedded needle, 1 to 100.
     small_slopes : bool
         Whether tip and shape leave out the second order of the slopes. Otherwise bending shortens the needle and its
-        axial laws feel that, where neither a bevel nor a layer pushes the tip aside.
+        axial laws feel that, unless no cutting pays for a ``tip_force`` or a bevel: see ``warnings``.
     max_speed, hold_time, depth_noise : float
         As for ``Insertion``.
     **lengths : float
@@ -121,6 +122,7 @@ class FlexibleInsertion:
         if model is not None:
             instance_of("model", model, Model, "Give nf.preset(…) or None.")
         self.model, self.needle, self.planar, self.guide_distance = model, needle, planar, guide_distance
+        self.small_slopes = small_slopes
         self.lateral = _lateral_layers(lateral, model, needle)
         support = core.Support(
             guide_distance=guide_distance,
@@ -215,6 +217,11 @@ class FlexibleInsertion:
     def path(self) -> np.ndarray:
         """The path that the tip has cut, (n, 3): lateral position over the travel in tissue [m]."""
         return self._core.path()
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What keeps bending and axial force of this needle apart, as a sentence; none with ``small_slopes``."""
+        return () if self.small_slopes or self._core.shortens else coupling_warnings(self.model)
 
     def reset(self) -> None:
         """Back to before the first contact."""

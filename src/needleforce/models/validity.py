@@ -61,6 +61,21 @@ def contact_warnings(engine: core.CondensedInsertion) -> tuple[str, ...]:
     return tuple(text for text, holds in ((contact, pressed > depth), (soft, spacings > MAX_SPACINGS)) if holds)
 
 
+def coupling_warnings(model: Any) -> tuple[str, ...]:
+    """A sentence for a tip that is pushed aside where its cutting does not pay for that."""
+    found = [] if model else ["there is no model"]
+    for number, layer in enumerate(model.layers if model else (), 1):
+        if getattr(layer.cutting, "recovered", 0.0) > 0.0:
+            found.append(f"{layer.cutting.name} in layer {number} gives work back to a tip that withdraws (recovered)")
+        elif layer.cutting.name == "no_cutting":
+            found.append(f"layer {number} has no cutting force")
+    return (
+        f"The tip is pushed aside where its cutting does not pay for that: {'; '.join(found)}. Bending does not "
+        "shorten this needle, its force does not feel a base that moves aside, and a hand that moves the needle round "
+        "can gain energy. Give every layer a cutting law, without recovered, or limit the hand by control.BaseGuard.",
+    )
+
+
 def _slope(layer: Any, model: Any) -> str:
     tip = getattr(layer.stiffness, "tip", None)
     if tip is not None and not hasattr(tip, "equivalent_cone"):
