@@ -12,6 +12,11 @@ from ..checks import instance_of
 from ..errors import InputError
 from .model import Model
 
+_NUMBERS = ("depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth")
+_NUMBERS += ("force_by_velocity",)
+_PLACES, _EVENTS = ("phase", "status"), ("contact", "punctured", "exit")
+_ROWS = {name: row for row, name in enumerate(_NUMBERS + _PLACES + _EVENTS)}
+
 
 class BatchSample:
     """One step of a batch: an array (n,) for each number of a ``Sample``.
@@ -26,21 +31,14 @@ class BatchSample:
         True in the one step that touches, breaks through or leaves.
     """
 
-    _NUMBERS = (
-        "depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth", "force_by_velocity",
-    )  # fmt: skip
-    _PLACES = ("phase", "status")
-    _EVENTS = ("contact", "punctured", "exit")
-    _ROWS = {name: row for row, name in enumerate(_NUMBERS + _PLACES + _EVENTS)}
-
     def __init__(self, rows: np.ndarray):
         self._rows = rows
 
     def __getattr__(self, name: str) -> np.ndarray:
-        if name not in self._ROWS:
-            raise AttributeError(f"a BatchSample has no {name!r}: it has {', '.join(self._ROWS)}")
-        row = self._rows[self._ROWS[name]]
-        return row if name in self._NUMBERS else row.astype(np.int8 if name in self._PLACES else bool)
+        if name not in _ROWS:
+            raise AttributeError(f"a BatchSample has no {name!r}: it has {', '.join(_ROWS)}")
+        row = self._rows[_ROWS[name]]
+        return row if name in _NUMBERS else row.astype(np.int8 if name in _PLACES else bool)
 
     def __len__(self) -> int:
         return self._rows.shape[1]
@@ -95,7 +93,8 @@ class InsertionBatch(core.InsertionBatch):
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
         super().__init__([model.stack for model in each], count if alone else None, limits, bevel or core.Bevel())
         self.models, self.threads = tuple(each), int(threads)
-        self._made_from = models, n, dict(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise, bevel=bevel)
+        limited = {"max_speed": max_speed, "hold_time": hold_time, "depth_noise": depth_noise}
+        self._made_from = models, n, {**limited, "bevel": bevel, "threads": threads}
 
     def step(self, depths: ArrayLike, velocities: ArrayLike | None, dt: ArrayLike) -> BatchSample:
         """One cycle of all members; never raises but for arrays of another length.
@@ -144,7 +143,7 @@ class InsertionBatch(core.InsertionBatch):
     def snapshot(self) -> "InsertionBatch":
         """A copy with its state, which can be stepped independently or passed to ``restore``."""
         models, n, options = self._made_from
-        copy = InsertionBatch(models, n, threads=self.threads, **options)
+        copy = InsertionBatch(models, n, **options)
         copy._restore(self, None)
         return copy
 
@@ -181,7 +180,9 @@ def _numbers(values: Any) -> np.ndarray:
 def _count(n: int | None, models: int | None) -> int:
     """How many members there are."""
     if n is None and models is None:
-        raise InputError("n", None, "needed with one model", next_step="Give how many insertions: InsertionBatch(model, 1000).")
+        raise InputError(
+            "n", None, "needed with one model", next_step="Give how many insertions: InsertionBatch(model, 1000)."
+        )
     if n is not None and n < 0:
         raise InputError("n", n, "below 0")
     if n is not None and models is not None and n != models:
