@@ -14,8 +14,6 @@
 // of the vector types; without them each member is stepped alone
 #if defined(__GNUC__) || defined(__clang__)
 #define NEEDLEFORCE_LANES
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wpsabi"  // no lanes are passed to another file
 #endif
 
 // as wide as the machine allows; values do not change, for nothing is contracted
@@ -45,23 +43,23 @@ struct PlainLimits {
 
 #ifdef NEEDLEFORCE_LANES
 using Lanes = double __attribute__((vector_size(8 * lanes)));
+/// Lanes where they stand in a column.
+using Standing = double __attribute__((vector_size(8 * lanes), aligned(8), may_alias));
 
-/// Lanes from an address on.
-inline Lanes read(const double* from) noexcept {
-  Lanes found;
-  std::memcpy(&found, from, sizeof found);
-  return found;
-}
+// Lanes go in and out by reference: without AVX a compiler warns of a function that returns them.
+inline const Standing& read(const double* from) noexcept { return *reinterpret_cast<const Standing*>(from); }
 inline void write(double* to, const Lanes& numbers) noexcept { std::memcpy(to, &numbers, sizeof numbers); }
 /// The laws of members from `at` on, or those of all.
 template <bool same>
-Lanes of(const Column& law, std::size_t at) noexcept {
-  if constexpr (same) return Lanes{} + law[0];
-  return read(&law[at]);
+void take(Lanes& law, const Column& column, std::size_t at) noexcept {
+  if constexpr (same)
+    law = Lanes{} + column[0];
+  else
+    law = read(&column[at]);
 }
-inline Lanes larger(const Lanes& a, const Lanes& b) noexcept { return a < b ? b : a; }
-inline Lanes smaller(const Lanes& a, const Lanes& b) noexcept { return b < a ? b : a; }
-inline Lanes size_of(const Lanes& a) noexcept { return a < 0.0 ? -a : a; }
+inline void raise(Lanes& number, const Lanes& least) noexcept { number = number < least ? least : number; }
+inline void lower(Lanes& number, const Lanes& most) noexcept { number = most < number ? most : number; }
+inline void make_positive(Lanes& number) noexcept { number = number < 0.0 ? -number : number; }
 
 /// True if one of the lanes of a mask is set.
 template <class Mask>
@@ -77,47 +75,71 @@ template <bool same, bool whole>
 NEEDLEFORCE_WIDE void plain_step(bool measured, std::size_t from, std::size_t n, const PlainLimits& limits,
                                  const PlainLaws& laws, PlainColumns& columns, PlainBlock& block) noexcept {
   const Lanes none{}, one = none + 1.0;
+  Lanes top, puncture, surface, per_length, stiffness, full, per_travel;
   for (std::size_t i = 0; i < n; i += lanes) {
     const std::size_t at = from + i;
+    take<same>(top, laws.top, at);
+    take<same>(puncture, laws.puncture, at);
+    take<same>(surface, laws.surface, at);
+    take<same>(per_length, laws.per_length, at);
+    take<same>(stiffness, laws.stiffness, at);
+    take<same>(full, laws.full, at);
+    take<same>(per_travel, laws.per_travel, at);
     const Lanes z = read(&block.depth[i]), dt = read(&block.dt[i]);
     const Lanes before = read(&columns.depth[at]), waited = read(&columns.waited[at]);
     const Lanes travel = z - before, elapsed = waited + dt;
     const auto in = read(&columns.pierced[at]) > 0.0;
-    const Lanes top = of<same>(laws.top, at);
-    auto usual = (read(&columns.started[at]) > 0.0) & (size_of(z) <= farthest) & (dt > 0.0) &
-                 (dt <= longest) & (in | (z <= of<same>(laws.puncture, at))) &
-                 (size_of(travel) <= (1.0 + 1e-9) * limits.max_speed * elapsed);
+    Lanes distance = z, length = travel;
+    make_positive(distance);
+    make_positive(length);
+    auto usual = (read(&columns.started[at]) > 0.0) & (distance <= farthest) & (dt > 0.0) & (dt <= longest) &
+                 (in | (z <= puncture)) & (length <= (1.0 + 1e-9) * limits.max_speed * elapsed);
     Lanes v = none;
     if (whole || measured) v = travel / elapsed;
     if (measured) {
       const Lanes given = read(&block.velocity[i]);
-      const Lanes apart = limits.slack + limits.slack_ratio * larger(size_of(given), size_of(v));
-      usual &= (size_of(given) <= fastest) & (size_of(given - v) <= apart);
+      Lanes speed = given, apart = given - v, most = v;
+      make_positive(speed);
+      make_positive(apart);
+      make_positive(most);
+      raise(most, speed);
+      usual &= (speed <= fastest) & (apart <= limits.slack + limits.slack_ratio * most);
       v = given;
     }
     // the cut
-    const Lanes full = of<same>(laws.full, at), per_travel = of<same>(laws.per_travel, at);
-    const Lanes last = read(&columns.front[at]), front = larger(last, z);
-    const Lanes loaded = larger(none, 1.0 - larger(none, front - z) * per_travel);
-    const Lanes entry = read(&columns.entry[at]), retreat = read(&columns.retreat_limit[at]);
+    const Lanes last = read(&columns.front[at]);
+    Lanes front = last;
+    raise(front, z);
+    Lanes behind = front - z;
+    raise(behind, none);
+    Lanes loaded = 1.0 - behind * per_travel;
+    raise(loaded, none);
     Lanes cutting = in ? full * loaded : none;
-    Lanes cutting_slope = in & (z < front) & (loaded > 0.0) ? full * per_travel : none;
+    Lanes cutting_slope = (in & (z < front) & (loaded > 0.0)) ? full * per_travel : none;
+    const Lanes entry = read(&columns.entry[at]);
     if (const auto recedes = in & (z <= entry); any(recedes)) {
-      const Lanes length = larger(entry - retreat, none + 1e-60), share = (z - retreat) / length;
+      const Lanes retreat = read(&columns.retreat_limit[at]);
+      Lanes over = entry - retreat;
+      raise(over, none + 1e-60);
+      const Lanes share = (z - retreat) / over;
       const auto there = z > retreat;
-      cutting_slope = recedes ? (there ? share * cutting_slope + cutting / length : none) : cutting_slope;
+      cutting_slope = recedes ? (there ? share * cutting_slope + cutting / over : none) : cutting_slope;
       cutting = recedes ? (there ? share * cutting : none) : cutting;
     }
     // the shaft
-    const Lanes surface = of<same>(laws.surface, at), per_length = of<same>(laws.per_length, at);
-    const Lanes stiffness = of<same>(laws.stiffness, at);
     const auto wet = z > 0.0, inside = in & wet & (z > surface);
-    const Lanes embedded = inside ? z - surface : none, below = wet ? smaller(travel, z) : none;
+    const Lanes embedded = inside ? z - surface : none;
+    Lanes below = travel;
+    lower(below, z);
+    below = wet ? below : none;
     const Lanes low = inside ? -per_length : none;
-    const Lanes high = smaller(per_length, 2.0 * stiffness * embedded);
-    const Lanes loading = read(&columns.traction[at]) + stiffness * below;
-    const Lanes traction = smaller(larger(low, loading), high), friction = traction * embedded;
-    const Lanes sticks = (traction > low) & (traction < high) ? one : none;
+    Lanes high = 2.0 * stiffness * embedded;
+    lower(high, per_length);
+    Lanes traction = read(&columns.traction[at]) + stiffness * below;
+    raise(traction, low);
+    lower(traction, high);
+    const Lanes friction = traction * embedded;
+    const Lanes sticks = ((traction > low) & (traction < high)) ? one : none;
     // their sum
     const Lanes contact = in ? none : read(&block.contact_force[i]);
     const auto pushes = contact > cutting, dry = in ? (embedded <= 0.0) & (friction == 0.0) : z <= top;
@@ -126,7 +148,9 @@ NEEDLEFORCE_WIDE void plain_step(bool measured, std::size_t from, std::size_t n,
     const auto put = [&](BatchRow row, const Lanes& numbers) { write(block.row(row) + i, numbers); };
     put(BatchRow::force, pressing + friction + cutting);
     if constexpr (whole) {
-      const Lanes moving = size_of(v) < speed_at_rest ? none + 3.0 : (v > 0.0 ? none + 2.0 : none + 4.0);
+      Lanes speed = v;
+      make_positive(speed);
+      const Lanes moving = speed < speed_at_rest ? none + 3.0 : (v > 0.0 ? none + 2.0 : none + 4.0);
       const Lanes slope = pushes ? read(&block.contact_slope[i]) : cutting_slope;
       put(BatchRow::depth, z);
       put(BatchRow::velocity, v);
@@ -137,7 +161,7 @@ NEEDLEFORCE_WIDE void plain_step(bool measured, std::size_t from, std::size_t n,
       put(BatchRow::force_by_depth, (inside ? traction : none) + stiffness * sticks * embedded + slope);
       put(BatchRow::force_by_velocity, none);
       put(BatchRow::phase, dry ? none : (in ? moving : one));
-      put(BatchRow::status, ~in & (z - top > read(&block.reach[i])) ? one : none);
+      put(BatchRow::status, (~in & (z - top > read(&block.reach[i]))) ? one : none);
       put(BatchRow::contact, was_free * (1.0 - is_free));
       put(BatchRow::punctured, none);
       put(BatchRow::exit, (1.0 - was_free) * is_free);
@@ -199,5 +223,4 @@ inline void fill(PlainBlock& block, const BatchMove& move, std::size_t from, std
 #undef NEEDLEFORCE_WIDE
 #ifdef NEEDLEFORCE_LANES
 #undef NEEDLEFORCE_LANES
-#pragma GCC diagnostic pop
 #endif
