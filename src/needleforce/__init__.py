@@ -26,6 +26,7 @@ _HOME = {
     "Layer": "models.model",
     "Model": "models.model",
     "Insertion": "models.model",
+    "InsertionBatch": "models.insertion_batch",
     "FlexibleInsertion": "models.flexible_insertion",
     "LateralLayer": "core",
     "EventDetector": "core",
@@ -49,7 +50,8 @@ _HOME = {
     "InputError": "errors",
     "__version__": "vocabulary",
 }
-__all__ = sorted(name for name in _HOME if not name.startswith("_"))
+_MOVED = ("switch_on_path",)  # still found here, and in its own module
+__all__ = sorted(name for name in _HOME if not name.startswith("_") and name not in _MOVED)
 
 
 def __getattr__(name: str):

@@ -22,6 +22,7 @@ from .mechanics.foundation import foundation_modulus as foundation_modulus
 from .mechanics.foundation import friction_coefficient as friction_coefficient
 from .mechanics.foundation import friction_per_length as friction_per_length
 from .models.flexible_insertion import FlexibleInsertion as FlexibleInsertion
+from .models.insertion_batch import InsertionBatch as InsertionBatch
 from .models.model import Insertion as Insertion
 from .models.model import Layer as Layer
 from .models.model import Model as Model

@@ -10,7 +10,7 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 392,
+    "Python files": 393,
     "lines": 76_200,
     "modules with one importer": 52,
     "modules in the largest import circle": 4,

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one cycle of many insertions gives: a row for each number of a sample.
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "../sample.hpp"
+
+namespace needleforce {
+
+/// The numbers of a `Sample` that a batch gives, one row each; words and events are whole numbers.
+enum class BatchRow {
+  depth,
+  velocity,
+  force,
+  stiffness,
+  friction,
+  cutting,
+  lateral,
+  force_by_depth,
+  force_by_velocity,
+  phase,
+  status,
+  contact,
+  punctured,
+  exit
+};
+inline constexpr std::size_t batch_rows = 14;
+
+/// Where the samples of a batch go: rows of so many numbers in turn, or the row of the force alone.
+struct BatchSamples {
+  double* first;
+  std::size_t members;
+  bool force_alone = false;
+
+  double* row(BatchRow which) const noexcept {
+    return first + (force_alone ? 0 : static_cast<std::size_t>(which) * members);
+  }
+  /// Writes the sample of a member.
+  void put(std::size_t i, const Sample& sample) const noexcept {
+    if (force_alone) {
+      first[i] = sample.force;
+      return;
+    }
+    const std::array<double, batch_rows> numbers{sample.depth,
+                                                 sample.velocity,
+                                                 sample.force,
+                                                 sample.stiffness,
+                                                 sample.friction,
+                                                 sample.cutting,
+                                                 sample.lateral,
+                                                 sample.force_by_depth,
+                                                 sample.force_by_velocity,
+                                                 static_cast<double>(sample.phase),
+                                                 static_cast<double>(sample.status),
+                                                 sample.contact ? 1.0 : 0.0,
+                                                 sample.punctured ? 1.0 : 0.0,
+                                                 sample.exit ? 1.0 : 0.0};
+    for (std::size_t k = 0; k < batch_rows; ++k) first[k * members + i] = numbers[k];
+  }
+};
+
+/// What moves a batch in one cycle: depths [m], velocities [m/s] or nullptr for the change of depth, and the
+/// time since the last cycle [s], of each member or of all.
+struct BatchMove {
+  const double* depth;
+  const double* velocity;
+  const double* dt;
+  bool same_dt;
+
+  double dt_of(std::size_t i) const noexcept { return dt[same_dt ? 0 : i]; }
+};
+
+}  // namespace needleforce

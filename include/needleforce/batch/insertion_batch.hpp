@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+// Many insertions at a time: of one model, or each of its own.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "../prepared_insertion.hpp"
+#include "batch_rows.hpp"
+#include "plain_columns.hpp"
+#include "plain_step.hpp"
+
+namespace needleforce {
+
+/// n insertions that are stepped together, each with the values of an `Insertion` of its own. Allocates when
+/// it is made and when it is copied; a step allocates nothing. Different members may be stepped by different
+/// threads.
+class InsertionBatch {
+  using Stacks = std::vector<std::vector<Layer>>;
+
+ public:
+  /// n insertions into the same layers.
+  InsertionBatch(std::span<const Layer> layers, std::size_t n, const Limits& limits = {},
+                 const Bevel& bevel = {})
+      : InsertionBatch(Stacks(1, std::vector<Layer>(layers.begin(), layers.end())), n, true, limits, bevel) {}
+  /// One insertion for each of several stacks of layers.
+  explicit InsertionBatch(Stacks stacks, const Limits& limits = {}, const Bevel& bevel = {})
+      : InsertionBatch(std::move(stacks), 0, false, limits, bevel) {}
+
+  std::size_t size() const noexcept { return size_; }
+  /// True where members are stepped several at a time.
+  bool plain() const noexcept { return plain_; }
+
+  /// One cycle of all members.
+  void step(const BatchMove& move, const BatchSamples& out) noexcept { step(move, out, 0, size_); }
+  /// One cycle of the members from..to.
+  void step(const BatchMove& move, const BatchSamples& out, std::size_t from, std::size_t to) noexcept {
+    if (!plain_) {
+      for (std::size_t i = from; i < to; ++i)
+        out.put(i, prepared(i).step(states_[i], move.depth[i], velocity(move, i), move.dt_of(i)));
+      return;
+    }
+    for (std::size_t at = from; at < to; at += detail::plain_block)
+      step_block(move, out, at, std::min(to - at, detail::plain_block));
+  }
+
+  /// Back to before the first contact.
+  void reset(std::size_t i) noexcept { return_to(i, InsertionState{}); }
+  /// What a member remembers, and back to it.
+  InsertionState state(std::size_t i) const noexcept {
+    return plain_ ? columns_.state(i, laws_, same_ ? 0 : i) : states_[i];
+  }
+  void return_to(std::size_t i, const InsertionState& state) noexcept {
+    if (plain_)
+      columns_.remember(i, state);
+    else
+      states_[i] = state;
+  }
+
+  /// The member as it is in another batch of the same models; false and unchanged if that one has others.
+  bool restore(std::size_t i, const InsertionBatch& saved) noexcept {
+    if (!of_same_models(saved)) return false;
+    return_to(i, saved.state(i));
+    return true;
+  }
+  bool of_same_models(const InsertionBatch& other) const noexcept {
+    return models_ == other.models_ && size_ == other.size_;
+  }
+
+ private:
+  InsertionBatch(Stacks stacks, std::size_t n, bool same, const Limits& limits, const Bevel& bevel)
+      : size_(same ? n : stacks.size()),
+        same_(same),
+        limits_(limits),
+        bevel_(bevel),
+        lateral_ratio_(bevel.lateral_ratio()),
+        plain_(are_plain(stacks, limits, bevel)),
+        columns_(plain_ ? size_ : 0),
+        laws_(plain_ ? stacks.size() : 0) {
+    Fingerprint print;
+    for (const auto& stack : stacks) print.add(fingerprint(stack));
+    models_ = print.value();
+    if (!plain_) {
+      states_.resize(size_);
+      for (const auto& stack : stacks) prepared_.emplace_back(stack, limits, bevel);
+      return;
+    }
+    for (const auto& stack : stacks) {
+      layers_.push_back(stack[0]);
+      laws_.add(stack[0]);
+    }
+    if (same) prepared_.emplace_back(stacks[0], limits, bevel);
+  }
+
+  static bool are_plain(const Stacks& stacks, const Limits& limits, const Bevel& bevel) {
+    return valid(limits) && !first_invalid(bevel) && limits.depth_noise == 0.0 && limits.hold_time == 0.0 &&
+           std::ranges::all_of(stacks, [](const auto& stack) {
+             return stack.size() == 1 && needleforce::plain(stack[0].laws) && !first_fault(stack).reason;
+           });
+  }
+  static double velocity(const BatchMove& move, std::size_t i) noexcept {
+    return move.velocity ? move.velocity[i] : no_velocity;
+  }
+  const PreparedInsertion& prepared(std::size_t i) const noexcept { return prepared_[same_ ? 0 : i]; }
+  const Layer& layers(std::size_t i) const noexcept { return layers_[same_ ? 0 : i]; }
+
+  void step_block(const BatchMove& move, const BatchSamples& out, std::size_t from, std::size_t n) noexcept {
+    detail::PlainBlock block;
+    detail::fill(block, move, from, n);
+    const auto contacts = [&](const auto& law_of) {
+      detail::fill_contacts(block, from, n, columns_, laws_.top, same_, law_of);
+    };
+    if (same_)
+      dispatch(laws_.contact[0],
+               [&]<class Law>(const Law& law) { contacts([&](std::size_t) -> const Law& { return law; }); });
+    else
+      contacts([&](std::size_t i) { return AnyContact{laws_.contact[i]}; });
+    const auto kernel = out.force_alone
+                            ? (same_ ? detail::plain_step<true, false> : detail::plain_step<false, false>)
+                            : (same_ ? detail::plain_step<true, true> : detail::plain_step<false, true>);
+    kernel(move.velocity != nullptr, from, n, limits(), laws_, columns_, block);
+    for (std::size_t k = 0; k < batch_rows; ++k)
+      if (!out.force_alone || k == static_cast<std::size_t>(BatchRow::force))
+        std::copy_n(block.rows[k].data(), n, out.row(static_cast<BatchRow>(k)) + from);
+    for (std::size_t i = 0; i < n; ++i)
+      if (block.rare[i] > 0.0) out.put(from + i, step_one(move, from + i));
+  }
+  detail::PlainLimits limits() const noexcept {
+    return {std::min(limits_.max_speed, fastest), limits_.velocity_slack, limits_.velocity_slack_ratio,
+            lateral_ratio_};
+  }
+  /// A contact of any law.
+  struct AnyContact {
+    const Prepared<Stiffness>& law;
+    double force(double h) const noexcept {
+      return dispatch(law, [h](const auto& each) { return each.force(h); });
+    }
+    double slope(double h) const noexcept {
+      return dispatch(law, [h](const auto& each) { return each.slope(h); });
+    }
+    double reach() const noexcept {
+      return dispatch(law, [](const auto& each) { return each.reach(); });
+    }
+  };
+  [[gnu::noinline]] Sample step_one(const BatchMove& move, std::size_t i) noexcept {
+    InsertionState remembered = state(i);
+    const auto stepped = [&](const PreparedInsertion& prepared) {
+      return prepared.step(remembered, move.depth[i], velocity(move, i), move.dt_of(i));
+    };
+    const Sample sample =
+        same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(std::span(&layers(i), 1), limits_, bevel_));
+    columns_.remember(i, remembered);
+    return sample;
+  }
+
+  std::size_t size_;
+  std::uint64_t models_ = 0;  // a number that distinguishes them
+  bool same_;
+  Limits limits_;
+  Bevel bevel_;
+  double lateral_ratio_;
+  bool plain_;
+  PlainColumns columns_;
+  PlainLaws laws_;
+  std::vector<Layer> layers_;
+  std::vector<PreparedInsertion> prepared_;
+  std::vector<InsertionState> states_;
+};
+
+}  // namespace needleforce

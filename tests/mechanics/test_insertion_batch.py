@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Many insertions at a time have the values of single ones."""
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+from needleforce import core
+
+FIELDS = (
+    "depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth", "force_by_velocity",
+    "contact", "punctured", "exit",
+)  # fmt: skip
+MODELS = ("paper", "physical", "maurin", "layered", "lugre", "relaxing")
+BEVEL = core.Bevel(half_angle=0.35, friction_coefficient=0.1, face_share=0.5)
+
+
+def motions(steps, n, seed):
+    """In, out, at rest and again, each member at its own speed, with a leap and numbers that are none."""
+    rng = np.random.default_rng(seed)
+    legs = rng.choice([-6e-3, -1e-3, 0.0, 4e-3, 8e-3], (steps // 300 + 1, n), p=[0.15, 0.1, 0.15, 0.3, 0.3])
+    speeds = np.repeat(legs, 300, axis=0)[:steps] * rng.uniform(0.5, 1.5, (steps, n))
+    depths = np.cumsum(speeds, axis=0) * 1e-3 - 1e-3
+    depths[rng.integers(1, steps, n), np.arange(n)] = rng.choice([np.nan, np.inf, 0.5, 2.0], n)
+    return depths
+
+
+def singles(models, n, **options):
+    each = models if isinstance(models, list) else [models] * n
+    return [nf.Insertion(model, **options) for model in each]
+
+
+def as_single(batch, engines, depths, velocities, dt):
+    """Steps both; each field of each step must be the same to the last bit."""
+    names = [phase.value for phase in nf.Phase], [status.value for status in nf.Status]
+    for row, z in enumerate(depths):
+        v = None if velocities is None else velocities[row]
+        many = batch.step(z, v, dt)
+        alone = [engine.step(z[i], None if v is None else v[i], dt) for i, engine in enumerate(engines)]
+        for field in FIELDS:
+            np.testing.assert_array_equal(getattr(many, field), [getattr(s, field) for s in alone], f"{field}, {row}")
+        assert [names[0][k] for k in many.phase] == [s.phase for s in alone], row
+        assert [names[1][k] for k in many.status] == [s.status for s in alone], row
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("measured", [False, True])
+def test_values_are_those_of_single_insertions(name, measured):
+    model, n, depths = nf.preset(name), 13, motions(1500, 13, 3)
+    speeds = np.gradient(np.nan_to_num(depths, posinf=0.0), 1e-3, axis=0) if measured else None
+    batch = nf.InsertionBatch(model, n, bevel=BEVEL)
+    as_single(batch, singles(model, n, bevel=BEVEL), depths, speeds, 1e-3)
+
+
+def test_each_member_may_have_a_model_of_its_own():
+    soft, stiff = (nf.preset("paper"), nf.preset("paper_116"))
+    models = [soft, stiff, soft, stiff, stiff]
+    as_single(nf.InsertionBatch(models), singles(models, 5), motions(1200, 5, 4), None, 2e-3)
+    mixed = [soft, nf.preset("layered"), nf.preset("lugre")]
+    as_single(nf.InsertionBatch(mixed), singles(mixed, 3), motions(900, 3, 5), None, 2e-3)
+
+
+@pytest.mark.parametrize("name", ["paper", "layered"])
+def test_whole_motions_and_threads_give_the_same(name):
+    model, n = nf.preset(name), 3000
+    depths = np.linspace(-1e-3, 15e-3, 60)[:, None] * np.linspace(0.2, 1.0, n)
+    one, four = nf.InsertionBatch(model, n), nf.InsertionBatch(model, n, threads=4)
+    together, apart = four.run(depths, 5e-3), np.array([one.step(z, None, 5e-3).force for z in depths])
+    np.testing.assert_array_equal(together, apart)
+    alone = nf.Insertion(model).forces(np.ascontiguousarray(depths[:, 17]), np.full(60, 5e-3))
+    np.testing.assert_array_equal(together[:, 17], alone)
+
+
+@pytest.mark.parametrize("name", ["paper", "layered"])
+def test_some_members_start_again_or_return(name):
+    model, n, depths = nf.preset(name), 10, motions(800, 10, 6)
+    batch, engines = nf.InsertionBatch(model, n), singles(model, n)
+    as_single(batch, engines, depths[:500], None, 1e-3)
+    saved, kept = batch.snapshot(), [engine.snapshot() for engine in engines]
+    as_single(batch, engines, depths[500:600], None, 1e-3)
+    batch.restore(saved, members=[1, 4])
+    for i in (1, 4):
+        engines[i].restore(kept[i])
+    batch.reset(members=np.arange(n) == 7)
+    engines[7].reset()
+    as_single(batch, engines, depths[500:700], None, 1e-3)
+    batch.restore(saved)
+    as_single(batch, kept, depths[500:700], None, 1e-3)
+
+
+def test_none_a_million_and_what_is_refused():
+    model = nf.preset("paper")
+    none = nf.InsertionBatch(model, 0)
+    assert len(none.step([], None, 1e-3).force) == 0 and none.run(np.zeros((5, 0)), 1e-3).shape == (5, 0)
+    many = nf.InsertionBatch(model, 10**6, threads=2)
+    for depth in (0.0, 1e-3, 12e-3):
+        forces = many.step(depth, None, 1.0).force
+    assert np.all(forces == forces[0]) and forces[0] > 0.1
+    batch = nf.InsertionBatch(model, 3)
+    dt = batch.step([0.0, 1e-3, 2e-3], None, [1e-3, 0.0, np.nan])
+    assert list(dt.status) == [0, 1, 3] and dt.force[1] == dt.force[2] == 0.0
+    for wrong, words in (
+        (lambda: nf.InsertionBatch(model), "needed with one model"),
+        (lambda: nf.InsertionBatch(model, -1), "below 0"),
+        (lambda: nf.InsertionBatch([model] * 2, 3), "not the number of models, 2"),
+        (lambda: nf.InsertionBatch("paper", 3), "model 0"),
+        (lambda: batch.step([0.0, 1.0], None, 1e-3), "not that of the batch, 3"),
+        (lambda: batch.step([0.0] * 3, None, [1e-3] * 2), "the length of dt"),
+        (lambda: batch.run([0.0] * 3, 1e-3), "the dimensions of depths"),
+        (lambda: batch.reset([3]), "not between 0 and 2"),
+        (lambda: batch.reset([True, False]), "the length of members"),
+        (lambda: batch.restore(nf.InsertionBatch(nf.preset("lugre"), 3)), "not of this batch"),
+    ):
+        with pytest.raises(nf.InputError, match=words):
+            wrong()
