@@ -159,6 +159,19 @@ TEST(Events, WhatTheSensorDoesIsNoConfidentPuncture) {
   }
 }
 
+TEST(Events, GlitchOfTwoReadingsThatFollowFastIsNoPuncture) {
+  for (const double rate : {500.0, 1000.0, 5000.0})
+    for (const double size : {-0.3, -0.6, 0.3, 1.0})
+      for (const int first : {0, 1}) {
+        EventDetector watch;
+        const auto glitch = [&](double t, Reading& r) {
+          const double reading = std::round((t - 3.0) * rate) - first;
+          if (reading == 0.0 || reading == 1.0) r.force += size;
+        };
+        EXPECT_EQ(punctures(replay(watch, rate, 3.9, 5e-3, glitch), 0.0), 0) << rate << " " << size;
+      }
+}
+
 TEST(Events, StopOfARelaxingTissueIsNoPuncture) {
   EventDetector watch;
   const auto stops = [](double t, Reading& reading) {

@@ -16,8 +16,8 @@ namespace needleforce::events {
 /// the highest mean of as many readings that ended before those began and up to `within` ago. The largest of
 /// these differences in standard deviations is the likelihood ratio over all windows. What came before counts
 /// as the median of each reading and its neighbours, so that a glitch of one reading is no height to fall
-/// from. Where readings follow fast (fortieths of `within`), so does what is now. Work and memory are
-/// constant.
+/// from. Where readings follow fast (fortieths of `within`), so does what is now, and glitches of two
+/// readings are none. Work and memory are constant.
 class FallWindows {
  public:
   static constexpr std::size_t lengths = 6, slots = 10;
@@ -60,7 +60,7 @@ class FallWindows {
   bool fast() const noexcept { return 40.0 * interval_ <= within_; }
   /// Mean of the newest readings.
   double now(std::size_t k) const noexcept { return fast() ? calm_now(k) : mean(sums_, count_, k); }
-  /// The same of medians, without the newest reading.
+  /// The same of medians, without the newest reading. Wait-free.
   double calm_now(std::size_t k) const noexcept { return mean(calm_sums_, count_ - 1, k); }
   /// The highest mean before.
   const Top& top(std::size_t k) const noexcept {
@@ -96,12 +96,18 @@ class FallWindows {
     constexpr std::array<double, lengths> shares{1.0, 1.0 / 2, 1.0 / 4, 1.0 / 8, 1.0 / 16, 1.0 / 32};
     return (sums[end % kept] - sums[(end - readings(k)) % kept]) * shares[k];
   }
-  /// The reading before the newest, or the median of it and its neighbours.
+  double back(std::size_t readings) const noexcept { return readings_[(count_ - readings) % kept].force; }
+  /// The reading before the newest, or the median of it and its neighbours: of one on either side, or where
+  /// readings follow fast of two more before, one reading late.
   double calm() const noexcept {
-    const double newest = readings_[count_ % kept].force, middle = readings_[(count_ - 1) % kept].force;
-    if (since() < 2) return std::min(newest, middle);
-    const double oldest = readings_[(count_ - 2) % kept].force;
-    return std::max(std::min(newest, middle), std::min(std::max(newest, middle), oldest));
+    const auto low = [](double a, double b) { return std::min(a, b); };
+    const auto high = [](double a, double b) { return std::max(a, b); };
+    const double a = back(0), b = back(1), c = back(2);
+    if (since() < 2) return low(a, b);
+    if (!fast() || since() < 4) return high(low(a, b), low(high(a, b), c));
+    const double d = back(3), e = back(4);
+    const double lower = high(low(a, b), low(d, e)), upper = low(high(a, b), high(d, e));
+    return high(low(lower, upper), low(high(lower, upper), c));
   }
   void take_earlier(std::size_t k) noexcept {
     const std::size_t n = readings(k);
