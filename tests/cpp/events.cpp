@@ -219,6 +219,45 @@ TEST(Events, BadTimesAndGapsHaveAStatusAndMakeNoEvent) {
   EXPECT_EQ(status(0.1, depth + 0.1, 1e-3), StreamStatus::gap);  // another needle
 }
 
+/// What is found where no reading comes for so long from 3.9 s on, of a force that falls by `fall` at 4 s,
+/// and the status with the last puncture.
+std::pair<std::vector<Detection>, StreamStatus> across_gap(double rate, double lasts, double fall) {
+  EventDetector watch;
+  std::vector<Detection> found;
+  StreamStatus status{};
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> normal(0.0, 5e-3);
+  double before = 0.0;
+  for (int i = 0; i < 5.0 * rate; ++i) {
+    const double time = i / rate;
+    if (time > 3.9 && time < 3.9 + lasts) continue;
+    const double force = time > 4.0 ? 2.0 - fall : insertion(time).force;
+    const Detection event = watch.step(force + normal(generator), speed * time, time - before);
+    before = time;
+    if (event.kind == EventKind::puncture) status = watch.status();
+    if (event.kind == EventKind::puncture) found.push_back(event);
+  }
+  return {found, status};
+}
+
+TEST(Events, PunctureInAGapIsFoundAfterItAndIsTheLessCertainTheLongerItMayHaveTaken) {
+  for (const double rate : {100.0, 1000.0})
+    for (const double lasts : {0.14, 0.3, 0.45}) {
+      const auto [found, status] = across_gap(rate, lasts, 0.6);
+      ASSERT_EQ(found.size(), 1U) << rate << " " << lasts;
+      EXPECT_NEAR(found[0].time, 3.9, 1.5 / rate);
+      EXPECT_GE(found[0].delay, lasts - 1e-9);
+      EXPECT_LE(found[0].delay, lasts + 0.05);
+      EXPECT_EQ(status, StreamStatus::gap);
+      // at a constant speed it falls in 0.1 s by that share of the fall; three quarters of a tenth are needed
+      const double peak = insertion(3.9).force, share = std::min(1.0, 0.1 / lasts);
+      const double expected = 0.9 * std::min(1.0, share * (peak - 1.4) / (0.75 * 0.1 * peak));
+      EXPECT_NEAR(found[0].probability, expected, 0.05) << rate << " " << lasts;
+      EXPECT_TRUE(across_gap(rate, lasts, 0.0).first.empty());
+    }
+  EXPECT_TRUE(across_gap(100.0, 0.6, 0.6).first.empty());  // nothing is compared over five times `within`
+}
+
 TEST(Events, StreamThatBeginsInTissueIsDoubted) {
   EventDetector watch;
   const auto found = replay(watch, 1000.0, 5.0, 5e-3, [](double, Reading& r) { r.force += 1.0; });

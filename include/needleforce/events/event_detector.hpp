@@ -74,6 +74,7 @@ class EventDetector {
   enum class Where { unknown, outside, inside };
   static constexpr double largest_force = 1e6, largest_depth = 1e3, longest = 1e9;
   static constexpr double leap = 5e-3, fastest = 1.0;  // no needle gets further [m] at such a speed [m/s]
+  static constexpr double longest_gap = 5.0;           // in `within`, across which forces are compared
   static constexpr double part = 0.75;      // of a fall that counts: half way to one of half its size
   static constexpr double finest = 0.0075;  // of `within`: readings that are closer are one
 
@@ -103,7 +104,7 @@ class EventDetector {
     if (!started_) {
       where_since_ = time_;
     } else if (dt > settings_.within) {
-      forget_the_moment();
+      pass_gap(dt);
     } else {
       interval_ += (interval_ > 0.0 ? 0.05 : 1.0) * (dt - interval_);
       noise_.see_step(std::abs(mean - last_force_));
@@ -216,7 +217,7 @@ class EventDetector {
       if (k == 0) lose(fall - unheeded, top.level - zero_ - unheeded);
       if (!(fall >= least) || fall < significant(k)) continue;
       const double backed = normal((fall - 0.5 / part * least) / sd_of_fall(k));
-      const double most = !sure(force) ? 0.5 : k == 0 && !windows_.fast() ? 0.9 : 1.0;
+      const double most = std::min(certainty(top, fall, least, k), sure(force) ? 1.0 : 0.5);
       found(EventKind::puncture, {top.time, top.depth}, fall, most * backed);
       falling_ = true;
       fall_is_sure_ = most > 0.5;
@@ -293,19 +294,33 @@ class EventDetector {
     else if (where_ == Where::inside && !zero_known_)
       status_ = StreamStatus::unknown_zero;
   }
-  /// No fall, no speed and no innovation across a gap; the noise is known less well.
-  void forget_the_moment() noexcept {
+  /// No innovation across a gap; the noise is known less well. A fall and a speed across it are means over
+  /// it, unless it is long.
+  void pass_gap(double lasts) noexcept {
     status_ = StreamStatus::gap;
-    windows_.restart();
     model_.restart();
     noise_.doubt();
+    gap_ = lasts;
+    before_gap_ = felt_.time;
+    if (lasts > longest_gap * settings_.within) forget_the_moment();
+  }
+  void forget_the_moment() noexcept {
+    windows_.restart();
     course_.forget_speed();
     falling_ = false;
+  }
+  /// The most that a fall can be certain of: less by one reading that may be a glitch, and across a gap by
+  /// the probability that so much of it came within `within`, if it took any part of the gap as likely as
+  /// another.
+  double certainty(const FallWindows::Top& top, double fall, double least, std::size_t k) noexcept {
+    if (top.time > before_gap_) return k == 0 && !windows_.fast() ? 0.9 : 1.0;
+    status_ = StreamStatus::gap;
+    return 0.9 * std::min(1.0, settings_.within * fall / (least * gap_));
   }
 
   /// Another needle, or another zero of the depth: what was known of the tissue is of no use.
   void begin_anew(double depth) noexcept {
-    forget_the_moment();
+    pass_gap(longest);
     course_ = NeedleCourse(settings_);
     trail_.restart();
     course_.begin({time_, depth});
@@ -378,6 +393,7 @@ class EventDetector {
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
   double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, fell_to_ = 0.0, low_ = 0.0;
   double fresh_at_ = 0.0, repeats_ = 0.0, stuck_until_ = -longest, lost_ = 0.0;
+  double gap_ = 0.0, before_gap_ = -longest;  // how long the last one was, and the reading before it
   Place felt_{}, quiet_{}, low_at_{}, calm_at_{};
 };
 
