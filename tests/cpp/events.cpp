@@ -131,6 +131,23 @@ TEST(Events, OneFallIsOnePunctureHoweverLongItTakes) {
         }
 }
 
+TEST(Events, DepthThatShakesLeavesAPunctureItsProbability) {
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> normal(0.0, 10e-6);
+  for (const double rate : {100.0, 1000.0})
+    for (const double shakes : {0.0, 5.0, 15.0, 40.0})  // times a second by 30 um; 0: by chance
+      for (int phase = 0; phase < 12; ++phase) {
+        EventDetector watch;
+        const auto shaken = [&](double t, Reading& r) {
+          r.depth +=
+              shakes > 0.0 ? 30e-6 * std::sin(6.2832 * shakes * t + 0.5236 * phase) : normal(generator);
+        };
+        const auto found = replay(watch, rate, 4.5, 5e-3, shaken);
+        EXPECT_EQ(punctures(found, 0.0), 1) << rate << " " << shakes;
+        EXPECT_EQ(punctures(found, 0.89), 1) << rate << " " << shakes;
+      }
+}
+
 TEST(Events, FallAfterAPauseIsAPunctureOfItsOwn) {
   for (const double rate : {100.0, 1000.0}) {
     EventDetector watch;
