@@ -109,6 +109,55 @@ long punctures(const std::vector<Detection>& found, double least_probability) {
   return count;
 }
 
+/// How many falls there were, one after the other, each at a constant or a decreasing speed, then a pause.
+double falls(double since, double lasts, bool slower_and_slower, double pause) {
+  if (since <= 0.0) return 0.0;
+  const double part = std::min(1.0, std::fmod(since, lasts + pause) / lasts);
+  const double before = std::floor(since / (lasts + pause));
+  return before + (slower_and_slower ? 1.0 - std::exp(-3.0 * part) : part);
+}
+
+TEST(Events, OneFallIsOnePunctureHoweverLongItTakes) {
+  for (const double rate : {100.0, 1000.0, 5000.0})
+    for (const double noise : {1e-3, 20e-3})
+      for (const double lasts : {20e-3, 0.1, 0.2, 0.5, 0.8})
+        for (const bool slows : {false, true}) {
+          EventDetector watch;
+          const auto fall = [&](double t, Reading& r) {
+            if (t > 4.0) r.force = 2.0 - 1.5 * falls(t - 4.0, lasts, slows, 9.0);
+          };
+          EXPECT_EQ(punctures(replay(watch, rate, 5.5, noise, fall), 0.0), 1)
+              << rate << " " << noise << " " << lasts;
+        }
+}
+
+TEST(Events, DepthThatShakesLeavesAPunctureItsProbability) {
+  std::mt19937_64 generator(3);
+  std::normal_distribution<double> normal(0.0, 10e-6);
+  for (const double rate : {100.0, 1000.0})
+    for (const double shakes : {0.0, 5.0, 15.0, 40.0})  // times a second by 30 um; 0: by chance
+      for (int phase = 0; phase < 12; ++phase) {
+        EventDetector watch;
+        const auto shaken = [&](double t, Reading& r) {
+          r.depth +=
+              shakes > 0.0 ? 30e-6 * std::sin(6.2832 * shakes * t + 0.5236 * phase) : normal(generator);
+        };
+        const auto found = replay(watch, rate, 4.5, 5e-3, shaken);
+        EXPECT_EQ(punctures(found, 0.0), 1) << rate << " " << shakes;
+        EXPECT_EQ(punctures(found, 0.89), 1) << rate << " " << shakes;
+      }
+}
+
+TEST(Events, FallAfterAPauseIsAPunctureOfItsOwn) {
+  for (const double rate : {100.0, 1000.0}) {
+    EventDetector watch;
+    const auto two = [](double t, Reading& r) {
+      r.force = t < 4.0 ? r.force : 2.0 - 0.6 * falls(t - 4.0, 20e-3, false, 0.25);
+    };
+    EXPECT_EQ(punctures(replay(watch, rate, 4.5, 5e-3, two), 0.0), 2) << rate;
+  }
+}
+
 TEST(Events, WhatTheSensorDoesIsNoConfidentPuncture) {
   const auto without_rupture = [](double rate, auto change) {
     EventDetector watch;
@@ -125,6 +174,19 @@ TEST(Events, WhatTheSensorDoesIsNoConfidentPuncture) {
     const auto down = [&](double t, Reading& r) { r.force -= std::abs(t - 3.0) < 0.5 * dt ? 0.3 : 0.0; };
     EXPECT_EQ(punctures(without_rupture(rate, down), 0.9), 0) << rate;  // one reading, then never a sliding
   }
+}
+
+TEST(Events, GlitchOfTwoReadingsThatFollowFastIsNoPuncture) {
+  for (const double rate : {500.0, 1000.0, 5000.0})
+    for (const double size : {-0.3, -0.6, 0.3, 1.0})
+      for (const int first : {0, 1}) {
+        EventDetector watch;
+        const auto glitch = [&](double t, Reading& r) {
+          const double reading = std::round((t - 3.0) * rate) - first;
+          if (reading == 0.0 || reading == 1.0) r.force += size;
+        };
+        EXPECT_EQ(punctures(replay(watch, rate, 3.9, 5e-3, glitch), 0.0), 0) << rate << " " << size;
+      }
 }
 
 TEST(Events, StopOfARelaxingTissueIsNoPuncture) {
@@ -172,6 +234,45 @@ TEST(Events, BadTimesAndGapsHaveAStatusAndMakeNoEvent) {
   }
   EXPECT_EQ(status(0.1, depth, 10.0), StreamStatus::gap);
   EXPECT_EQ(status(0.1, depth + 0.1, 1e-3), StreamStatus::gap);  // another needle
+}
+
+/// What is found where no reading comes for so long from 3.9 s on, of a force that falls by `fall` at 4 s,
+/// and the status with the last puncture.
+std::pair<std::vector<Detection>, StreamStatus> across_gap(double rate, double lasts, double fall) {
+  EventDetector watch;
+  std::vector<Detection> found;
+  StreamStatus status{};
+  std::mt19937_64 generator(1);
+  std::normal_distribution<double> normal(0.0, 5e-3);
+  double before = 0.0;
+  for (int i = 0; i < 5.0 * rate; ++i) {
+    const double time = i / rate;
+    if (time > 3.9 && time < 3.9 + lasts) continue;
+    const double force = time > 4.0 ? 2.0 - fall : insertion(time).force;
+    const Detection event = watch.step(force + normal(generator), speed * time, time - before);
+    before = time;
+    if (event.kind == EventKind::puncture) status = watch.status();
+    if (event.kind == EventKind::puncture) found.push_back(event);
+  }
+  return {found, status};
+}
+
+TEST(Events, PunctureInAGapIsFoundAfterItAndIsTheLessCertainTheLongerItMayHaveTaken) {
+  for (const double rate : {100.0, 1000.0})
+    for (const double lasts : {0.14, 0.3, 0.45}) {
+      const auto [found, status] = across_gap(rate, lasts, 0.6);
+      ASSERT_EQ(found.size(), 1U) << rate << " " << lasts;
+      EXPECT_NEAR(found[0].time, 3.9, 1.5 / rate);
+      EXPECT_GE(found[0].delay, lasts - 1e-9);
+      EXPECT_LE(found[0].delay, lasts + 0.05);
+      EXPECT_EQ(status, StreamStatus::gap);
+      // at a constant speed it falls in 0.1 s by that share of the fall; three quarters of a tenth are needed
+      const double peak = insertion(3.9).force, share = std::min(1.0, 0.1 / lasts);
+      const double expected = 0.9 * std::min(1.0, share * (peak - 1.4) / (0.75 * 0.1 * peak));
+      EXPECT_NEAR(found[0].probability, expected, 0.05) << rate << " " << lasts;
+      EXPECT_TRUE(across_gap(rate, lasts, 0.0).first.empty());
+    }
+  EXPECT_TRUE(across_gap(100.0, 0.6, 0.6).first.empty());  // nothing is compared over five times `within`
 }
 
 TEST(Events, StreamThatBeginsInTissueIsDoubted) {

@@ -97,6 +97,49 @@ def test_lines_of_a_program_are_watched(first, line):
     assert watch.rows == 600 and watch.row == Row(*(pytest.approx(v, abs=2e-3) for v in (5.99, 0.5, 11.98e-3)))
 
 
+def lines_with(change):
+    """Lines of an insertion in which `change(lines)` puts what a program may do."""
+    lines = [f"{t:.4f},{f:.5f},{1e3 * z:.5f}" for t, f, z in zip(*insertion(), strict=True)]
+    change(lines)
+    return "time_s,fz_N,depth_mm\n" + "\n".join(lines) + "\n"
+
+
+def clock_restarts(lines):
+    lines[200:] = [f"{float(t) - 1.9:.4f},{rest}" for t, rest in (each.split(",", 1) for each in lines[200:])]
+
+
+def one_comes_late(lines):
+    lines.insert(300, lines[290])
+
+
+def some_are_no_numbers(lines):
+    lines[100:120:2] = ["0.1,nan,2", "text"] * 5  # the last one is line 119
+
+
+@pytest.mark.parametrize(
+    "change, rows, lost, words",
+    [
+        (clock_restarts, 600, {"restarts": 1, "restart_row": 201}, "clock restarts: 1, the last one at row 201"),
+        (one_comes_late, 600, {"late": 1}, "the last one at 2.900 s. Write rows in the order"),
+        (some_are_no_numbers, 590, {"unreadable": 10, "unreadable_line": 119}, "10 of 600, the last one line 119"),
+    ],
+)
+def test_what_a_stream_loses_is_stated_and_the_rest_is_watched(change, rows, lost, words, monkeypatch, capsys):
+    reading, writing = os.pipe()
+    with os.fdopen(writing, "w") as program:
+        program.write(lines_with(change))
+    with io.TextIOWrapper(os.fdopen(reading, "rb")) as stream, pytest.raises(SystemExit) as done:
+        monkeypatch.setattr(sys, "stdin", stream)
+        app(["watch", "-", "--json", "-", "--plain"])
+    written, shown = capsys.readouterr()
+    *lines, end = documents(written)
+    assert done.value.code == 0 and end["rows"] == rows
+    assert end | lost == end and words in " ".join(shown.split())
+    assert [each["kind"] for each in lines].count("lost") >= 1
+    times = [each["time_s"] for each in lines if each["kind"] == "second"]
+    assert times == sorted(times) and [each.get("event") for each in lines if "event" in each] != []
+
+
 def test_a_stream_that_stalls_is_shown_as_such_and_ends_with_its_program():
     lines = "time_s,fz_N,depth_mm\n" + "".join(f"{k / 100:.2f},0.001,0\n" for k in range(20))
     command = [sys.executable, "-c", CODE, "watch", "-", "--json", "-"]

@@ -16,8 +16,8 @@ namespace needleforce::events {
 /// the highest mean of as many readings that ended before those began and up to `within` ago. The largest of
 /// these differences in standard deviations is the likelihood ratio over all windows. What came before counts
 /// as the median of each reading and its neighbours, so that a glitch of one reading is no height to fall
-/// from. Where readings follow fast (fortieths of `within`), so does what is now. Work and memory are
-/// constant.
+/// from. Where readings follow fast (fortieths of `within`), so does what is now, and glitches of two
+/// readings are none. Work and memory are constant.
 class FallWindows {
  public:
   static constexpr std::size_t lengths = 6, slots = 10;
@@ -30,9 +30,9 @@ class FallWindows {
 
   explicit FallWindows(double within) noexcept : within_(within) {}
 
-  /// Forgets what came before: no fall is measured across this moment. Wait-free.
+  /// No fall is measured across this moment; means of now may still have readings from before it. Wait-free.
   void restart() noexcept {
-    count_ = 0;
+    first_ = count_;
     slot_age_ = 0.0;
     highest_ = {};
     tops_ = {};
@@ -53,14 +53,14 @@ class FallWindows {
 
   /// Whether two windows of this length have been seen, and are short against `within`.
   bool available(std::size_t k) const noexcept {
-    if (k >= lengths || count_ < 2 * readings(k) + 1) return false;
+    if (k >= lengths || since() < 2 * readings(k) + 1) return false;
     return k == 0 || 3.0 * interval_ * static_cast<double>(readings(k)) <= within_;
   }
   /// Whether readings follow so fast that the newest can be left out.
   bool fast() const noexcept { return 40.0 * interval_ <= within_; }
   /// Mean of the newest readings.
   double now(std::size_t k) const noexcept { return fast() ? calm_now(k) : mean(sums_, count_, k); }
-  /// The same of medians, without the newest reading.
+  /// The same of medians, without the newest reading. Wait-free.
   double calm_now(std::size_t k) const noexcept { return mean(calm_sums_, count_ - 1, k); }
   /// The highest mean before.
   const Top& top(std::size_t k) const noexcept {
@@ -71,7 +71,7 @@ class FallWindows {
   /// Looks at windows from outside, next to some of the same settings. Wait-free.
   void check(StateCheck& check, const FallWindows& fresh) const noexcept {
     check.require("windows.settings", within_ == fresh.within_);
-    check.require("windows.count", count_ <= most && slot_ < slots);
+    check.require("windows.count", count_ <= most && first_ <= count_ && slot_ < slots);
     for (const std::size_t slot : highest_) check.require("windows.count", slot < slots);
     check.number("windows.time", interval_, 0.0, 1e9);
     check.number("windows.time", slot_age_, 0.0, 2e9);
@@ -91,16 +91,23 @@ class FallWindows {
     double force = 0.0, time = 0.0, depth = 0.0;
   };
 
+  std::size_t since() const noexcept { return count_ - first_; }
   double mean(const Sums& sums, std::size_t end, std::size_t k) const noexcept {
     constexpr std::array<double, lengths> shares{1.0, 1.0 / 2, 1.0 / 4, 1.0 / 8, 1.0 / 16, 1.0 / 32};
     return (sums[end % kept] - sums[(end - readings(k)) % kept]) * shares[k];
   }
-  /// The reading before the newest, or the median of it and its neighbours.
+  double back(std::size_t readings) const noexcept { return readings_[(count_ - readings) % kept].force; }
+  /// The reading before the newest, or the median of it and its neighbours: of one on either side, or where
+  /// readings follow fast of two more before, one reading late.
   double calm() const noexcept {
-    const double newest = readings_[count_ % kept].force, middle = readings_[(count_ - 1) % kept].force;
-    if (count_ < 2) return std::min(newest, middle);
-    const double oldest = readings_[(count_ - 2) % kept].force;
-    return std::max(std::min(newest, middle), std::min(std::max(newest, middle), oldest));
+    const auto low = [](double a, double b) { return std::min(a, b); };
+    const auto high = [](double a, double b) { return std::max(a, b); };
+    const double a = back(0), b = back(1), c = back(2);
+    if (since() < 2) return low(a, b);
+    if (!fast() || since() < 4) return high(low(a, b), low(high(a, b), c));
+    const double d = back(3), e = back(4);
+    const double lower = high(low(a, b), low(d, e)), upper = low(high(a, b), high(d, e));
+    return high(low(lower, upper), low(high(lower, upper), c));
   }
   void take_earlier(std::size_t k) noexcept {
     const std::size_t n = readings(k);
@@ -133,6 +140,7 @@ class FallWindows {
     for (double& sum : sums_) sum -= base;
     for (double& sum : calm_sums_) sum -= calm_base;
     count_ -= most - kept;  // a multiple of kept: readings stay
+    first_ -= std::min(first_, most - kept);
   }
 
   double within_, interval_ = 0.0;
@@ -140,7 +148,7 @@ class FallWindows {
   std::array<Reading, kept> readings_{};
   std::array<std::array<Top, slots>, lengths> tops_{};
   std::array<std::size_t, lengths> highest_{};  // slot with the highest mean
-  std::size_t count_ = 0, slot_ = 0;
+  std::size_t count_ = 0, first_ = 0, slot_ = 0;
   double slot_age_ = 0.0;
 };
 

@@ -33,9 +33,10 @@ class NeedleCourse {
     const double elapsed = time - trail_.oldest().time;
     if (elapsed < 0.9 * within_) return;
     speed_ = (depth - trail_.oldest().depth) / elapsed;
-    const Place& lately = trail_.before(3);
+    const Place& lately = trail_.before(places);
     recent_ = (depth - lately.depth) / (time - lately.time);
     follow_rest();
+    if (!resting_) follow_unevenness(dt);
     if (!resting_) usual_ += std::min(1.0, dt / (3.0 * within_)) * (speed_ - usual_);
   }
 
@@ -64,7 +65,11 @@ class NeedleCourse {
     return std::clamp((0.8 - speed_ / usual_) / 0.8, 0.0, 1.0);
   }
   /// Whether the newest readings of the depth continue those before: not where it stops, or is read seldom.
-  bool steady() const noexcept { return recent_ > 0.7 * usual_; }
+  /// Newest readings that are no slower than shaking makes them show no stop; those of all of `within` must.
+  bool steady() const noexcept {
+    const double least = 0.7 * usual_;
+    return recent_ > least || (recent_ > least - uneven_ && speed_ > least);
+  }
 
   /// Looks at a course from outside until `time`, next to one of the same settings. Wait-free.
   void check(StateCheck& check, const NeedleCourse& fresh, double time) const noexcept {
@@ -74,10 +79,13 @@ class NeedleCourse {
     for (const bool* flag : {&turned_, &stopped_, &resting_}) check.flag("course.flags", *flag);
     check.numbers("course.places", std::array{turning_, turning_before_, deepest_});
     check.numbers("course.speeds", std::array{speed_, recent_, usual_});
+    check.number("course.speeds", uneven_, 0.0, 1e9);
     trail_.check(check, fresh.trail_, time);
   }
 
  private:
+  static constexpr std::size_t places = 3;  // over which the speed is recent
+
   void follow_direction(double time, double depth) noexcept {
     if (direction_ == 0 && std::abs(depth - turning_.depth) > turn_) {
       direction_ = depth > turning_.depth ? 1 : -1;
@@ -92,6 +100,16 @@ class NeedleCourse {
     turning_ = {time, depth};
     direction_ = -direction_;
   }
+  /// Median of the differences between the recent speed and the one before: a change of speed counts little
+  /// in it, depths that shake or are coarse count fully.
+  void follow_unevenness(double dt) noexcept {
+    const Place &newer = trail_.before(places), &older = trail_.before(2 * places);
+    if (!(newer.time > older.time)) return;
+    const double before = (newer.depth - older.depth) / (newer.time - older.time);
+    const double change = std::abs(recent_ - before), step = 1.0 + std::min(1.0, 0.2 * dt / within_);
+    uneven_ = uneven_ == 0.0 ? change : uneven_ * (change > uneven_ ? step : 1.0 / step);
+    uneven_ = std::clamp(uneven_, 1e-12, 1e6);
+  }
   void follow_rest() noexcept {
     if (resting_) {
       if (std::abs(speed_) < 2.0 * rest_speed_) return;
@@ -104,7 +122,7 @@ class NeedleCourse {
   double turn_, rest_speed_, within_;
   PlaceTrail trail_;
   Place turning_{}, turning_before_{}, deepest_{};
-  double speed_ = 0.0, recent_ = 0.0, usual_ = 0.0;
+  double speed_ = 0.0, recent_ = 0.0, usual_ = 0.0, uneven_ = 0.0;
   int direction_ = 0;
   bool turned_ = false, stopped_ = false, resting_ = true;
 };

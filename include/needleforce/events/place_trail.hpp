@@ -32,8 +32,10 @@ class PlaceTrail {
   bool empty() const noexcept { return count_ == 0; }
   const Place& oldest() const noexcept { return places_[count_ < size ? 0 : count_ % size]; }
   const Place& newest() const noexcept { return before(0); }
-  /// The one so many places before the newest.
-  const Place& before(std::size_t places) const noexcept { return places_[(count_ - 1 - places) % size]; }
+  /// The one so many places before the newest, or the oldest.
+  const Place& before(std::size_t places) const noexcept {
+    return places_[(count_ - 1 - std::min(places, std::min(count_, size) - 1)) % size];
+  }
 
   /// Where it was at a time until `now`: on a line between two places; the oldest for a time before.
   /// Wait-free.

@@ -6,6 +6,7 @@ import tempfile
 import time
 from collections.abc import Iterable
 from contextlib import ExitStack, suppress
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,7 +24,7 @@ from .watch_view import EVENT_COLUMNS, JsonLines, View, event_cells, json_lines,
 if TYPE_CHECKING:
     from ..acquisition.settings import Written
     from ..core import EventSettings
-    from ..events.rows import Row
+    from ..events.rows import Losses, Row
 
 LINES, RIG = "-", "rig"
 STALLED_S = 1.0  # without a row, after which a stream counts as stalled
@@ -79,8 +80,8 @@ def run(
             done.append(Watched(RIG, settings, given.prior, *shown))
             code = _watch_rig(given, reading, done[-1])
         with suppress(KeyboardInterrupt):
-            for name, rows in () if sources == [RIG] else _streams(files, reading, speed):
-                done.append(Watched(name, settings, given.prior, *shown))
+            for name, rows, losses in () if sources == [RIG] else _streams(files, reading, speed):
+                done.append(Watched(name, settings, given.prior, *shown, losses))
                 done[-1].follow(rows)
     for each in done:
         each.show_events(quiet=given.json == "-")
@@ -167,20 +168,23 @@ class RunRows:
         self._watched.take(rows)
 
 
-def _streams(files: list[Path], reading: ReadOptions, speed: float) -> Iterable[tuple[str, Iterable[list["Row"]]]]:
-    """The name and the rows of each source; a file that cannot be read is reported."""
-    from ..events.rows import replayed, rows_of_lines
+def _streams(
+    files: list[Path], reading: ReadOptions, speed: float
+) -> Iterable[tuple[str, Iterable[list["Row"]], "Losses"]]:
+    """The name, the rows and the losses of each source; a file that cannot be read is reported."""
+    from ..events.rows import Losses, replayed, rows_of_lines
 
     if not files:
         from ..acquisition.sources.opening import standard_input
 
         lines = standard_input(None, given=reading.columns, units=reading.units)
-        yield "standard input", rows_of_lines(lines, reading.rate)
+        losses = Losses()
+        yield "standard input", rows_of_lines(lines, reading.rate, losses), losses
     for file, recording in read_all(files, reading):
         if isinstance(recording, InputError):
             say(str(recording))
         else:
-            yield str(file), replayed(recording, speed)
+            yield str(file), replayed(recording, speed), Losses()
 
 
 def _speed(text: str) -> float:
@@ -195,13 +199,22 @@ def _speed(text: str) -> float:
 class Watched:
     """One stream, shown while it comes."""
 
-    def __init__(self, name: str, settings: "EventSettings", prior: str | None, view: View, out: JsonLines):
+    def __init__(
+        self,
+        name: str,
+        settings: "EventSettings",
+        prior: str | None,
+        view: View,
+        out: JsonLines,
+        losses: "Losses | None" = None,
+    ):
         import needleforce as nf
 
         online = nf.OnlineIdentifier(prior=nf.preset(prior) if prior else None)
         self.name, self.watch = name, nf.events.Watch(settings, online)
         self._view, self._out = view, out
         self._second, self._came, self._stalled = 0, time.monotonic(), 0
+        self._losses, self._lost = losses or nf.events.Losses(), {}
         view.begin(Path(name).name, self.watch)
         out.write("begin", source=name)
 
@@ -213,7 +226,9 @@ class Watched:
 
     def end(self) -> None:
         """The stream is over."""
-        self._out.write("end", source=self.name, events=len(self.watch.events), rows=self.watch.rows)
+        self._note_losses()
+        counts = asdict(self._losses)
+        self._out.write("end", source=self.name, events=len(self.watch.events), rows=self.watch.rows, **counts)
 
     def take(self, rows: list["Row"]) -> None:
         """Take the rows that have come, perhaps none."""
@@ -229,8 +244,18 @@ class Watched:
                 self._second = int(row.time)
                 self._view.second(self.watch.now())
                 self._out.write("second", **self.watch.now())
+        self._note_losses()
         self._note_stall(bool(rows))
         self._view.refresh()
+
+    def _note_losses(self) -> None:
+        """What is lost of a stream is stated when it happens first, and whenever it has doubled."""
+        counts = {name: getattr(self._losses, name) for name in ("unreadable", "late", "restarts")}
+        if any(count >= max(1, 2 * self._lost.get(name, 0)) for name, count in counts.items()):
+            self._lost = counts
+            sentences = self._losses.sentences()
+            self._view.lost(sentences)
+            self._out.write("lost", **asdict(self._losses), text=sentences)
 
     def _note_stall(self, came: bool) -> None:
         """A stream without rows is shown as such, once a second."""
@@ -246,6 +271,8 @@ class Watched:
         """The events in a table, and what was learnt of the tissue."""
         if quiet:
             return
+        for sentence in self._losses.sentences():
+            say(sentence)
         name = Path(self.name).name
         table(f"events of {name}", EVENT_COLUMNS, [event_cells(each) for each in self.watch.events])
         if not self.watch.punctures():

@@ -48,6 +48,11 @@ class View:
         """No row has come for a while."""
         say(f"stalled: no row for {seconds:.0f} s")
 
+    def lost(self, sentences: list[str]) -> None:
+        """Something of the stream could not be used."""
+        for sentence in sentences:
+            say(f"lost: {sentence}")
+
     def refresh(self) -> None:
         """Show what is new, as often as it can be seen."""
 
@@ -61,7 +66,7 @@ class _Panel(View):
     def begin(self, name: str, watch: "Watch") -> None:
         self.name, self.watch = name, watch
         self._points, self._events, self._every, self._count = [], [], 1, 0
-        self._shown = 0.0
+        self._shown, self._losses = 0.0, []
 
     def row(self, row: "Row") -> None:
         self._waiting = 0.0
@@ -81,6 +86,9 @@ class _Panel(View):
     def stalled(self, seconds: float) -> None:
         self._waiting = seconds
 
+    def lost(self, sentences: list[str]) -> None:
+        self._losses = sentences
+
     def refresh(self) -> None:
         if time.monotonic() - self._shown < _REFRESH_S or not self._points:
             return
@@ -99,6 +107,8 @@ class _Panel(View):
         text.append(f"{printable(anonymous.text(self.name))}\n", style="bold")
         if self._waiting:
             text.append(f"stalled: no row for {self._waiting:.0f} s\n", style="bold red")
+        for sentence in self._losses:
+            text.append(f"lost: {sentence}\n", style="red")
         marks = [(1e3 * e.depth, _force_at(depth, force, e.depth), _LETTERS[e.kind])
                  for e in self._events if e.kind in _LETTERS]  # fmt: skip
         text.append(terminal_plot(1e3 * depth, force, "depth [mm]", "force [N]", marks, height=8) + "\n\n")

@@ -4,13 +4,14 @@ detector's settings."""
 
 from ..core import Detection, EventDetector, EventSettings
 from .choice import SettingsChoice, SettingsRow, choose
-from .rows import Row, replayed, rows_of_lines
+from .rows import Losses, Row, replayed, rows_of_lines
 from .watch import Watch
 
 __all__ = [
     "Detection",
     "EventDetector",
     "EventSettings",
+    "Losses",
     "Row",
     "SettingsChoice",
     "SettingsRow",

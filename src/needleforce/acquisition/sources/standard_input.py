@@ -57,8 +57,9 @@ class StandardInput:
     ``units`` are columns and units by quantity, for a header that lacks them. Without a column ``time`` the time of a
     sample is its arrival; without ``sequence`` its number is that of the line.
     Lines that do not fit the header, contain something that is not a number, or are incomplete at the end of the input
-    are left out and counted in ``wrong_size``; more than a tenth of them is an InputError. A calibration is needed if
-    the columns are six gauge voltages. ``axis`` is the depth in the lines; None before ``start`` and without a column
+    are left out and counted in ``wrong_size``, the last of them line ``wrong_line`` after the header; more than a tenth
+    of them is an InputError. A calibration is needed if the columns are six gauge voltages. ``axis`` is the depth in
+    the lines; None before ``start`` and without a column
     ``depth``.
     """
 
@@ -73,7 +74,7 @@ class StandardInput:
     ):
         self.clock_rate, self.axis = rate, None
         self._given, self._units, self._keys = given or {}, units or {}, None
-        self.wrong_size = self.lines = 0
+        self.wrong_size = self.lines = self.wrong_line = 0
         self._stream, self._calibration = stream, calibration
         self._place = f"input {getattr(stream, 'name', '')}".replace("<stdin>", "-").strip()
         self._incomplete, self._ended = b"", False
@@ -151,8 +152,8 @@ class StandardInput:
         if not data:
             self._ended = True
             self.lines += bool(self._incomplete)
-            self.wrong_size += bool(self._incomplete)
-            self._last_invalid = self._incomplete or self._last_invalid
+            if self._incomplete:
+                self._leave_out(self._incomplete)
         if len(self._incomplete) > _MAX_LINE_BYTES:
             value, limit = f"over {_MAX_LINE_BYTES} bytes", "it has no end"
             raise InputError("line", value, limit, self._place, "Write text, line by line.")
@@ -183,9 +184,12 @@ class StandardInput:
         self.lines += 1
         found = self._columns.numbers(line if self._keys is None else _cells(line, self._keys))
         if found is None:
-            self.wrong_size += 1
-            self._last_invalid = line
+            self._leave_out(line)
         return found
+
+    def _leave_out(self, line: bytes) -> None:
+        self.wrong_size += 1
+        self.wrong_line, self._last_invalid = self.lines, line
 
     def _samples(self, rows: np.ndarray, now: int) -> list[ForceSample]:
         columns = self._columns
