@@ -132,7 +132,7 @@ test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with
 	@$(PYTHON_TESTS) --long
 
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
-	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-threads proof-effects proof-symbols
+	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-effects proof-threads proof-symbols proof-sanitized
 	@$(MAKE) --no-print-directory proof-sanitizers proof-fuzz
 
 proof-tools: .venv/.proof-packages
