@@ -149,8 +149,8 @@ proof-symbols: .venv/.made
 	@$(WATCHED) "symbols" --show -- tests/proof/symbols.sh
 
 # Long walks repeat, in an ordinary build, what the fuzzers do with the same sanitizers, faster, or what a shorter test does. With sanitizers they
-# are run a seventh a day.
-REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|OfAllAxes|EquilibriumOfEachNonlinear|RandomMotionsWithFriction
+# are run a fourteenth a day.
+REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|OfAllAxes|EquilibriumOfEachNonlinear|RandomMotionsWithFriction|SwappedLaws|EveryModelKeepsItsForce|NoClosedPathReturns|StrokesOfTheWholeRange
 
 # Without a limit the compiler inlines, and then instruments again, what every test of every law calls: they take a sixth longer to compile.
 INLINED := -mllvm -inline-threshold=25 -mllvm -inlinehint-threshold=25 -Wno-unused-command-line-argument
