@@ -27,7 +27,7 @@ FILE ?= tests/reference_values.json
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
-.PHONY: help setup packages-and-core demo test test-system test-browser test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
+.PHONY: help setup packages-and-core demo test test-system test-browser test-wasm test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm studio-static bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
@@ -88,9 +88,9 @@ packages-and-core: .venv/.compiled .venv/.editable
 demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo/results.json
 	@if [ -t 2 ]; then $(BIN)/needleforce demo --out demo; else $(WATCHED) "demo" --show -- $(BIN)/needleforce demo --out demo; fi
 
-# what the Python tests need is fetched while the compiler works
+# what the Python tests need is fetched and compiled while the C++ tests are
 test: setup  ## every test; SHARE=3 with what .ci/run takes on a day of 14
-	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected
+	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected test-wasm
 	@$(MAKE) --no-print-directory test-python
 
 # With sanitizers `make proof` runs every C++ test at every run of .ci/run. As distributions compile it runs a fifth of the programs a day, and
@@ -123,9 +123,11 @@ test-browser: test-system
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
 
-# where there is a clang, the tests use what the wheel takes
-test-python: setup .venv/.test-packages
+# where there is a clang, the tests use what the wheel takes; one installer at a time
+test-wasm: test-browser
 	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
+
+test-python: setup .venv/.test-packages test-wasm
 	@$(PYTHON_TESTS)
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
