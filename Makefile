@@ -90,11 +90,11 @@ demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo
 
 # what the Python tests need is fetched and compiled while the C++ tests are
 test: setup  ## every test; SHARE=3 with what .ci/run takes on a day of 14
-	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected test-wasm
+	@$(MAKE) --no-print-directory --jobs=3 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected test-wasm
 	@$(MAKE) --no-print-directory test-python
 
-# With sanitizers `make proof` runs every C++ test at every run of .ci/run. As distributions compile it runs a fifth of the programs a day, and
-# what is not for sanitizers; without a share all.
+# With sanitizers `make proof` runs every C++ test but the long walks at each run of .ci/run. As distributions compile it, a share has a fifth of
+# the programs, with their long walks, and what is not for sanitizers; without a share all.
 CXX_FIFTHS := core_tests bending_tests+plain_pair_tests solid_tests+event_tests real_time_tests guard_tests+swap_tests
 SPACE := $(subst ,, )
 CXX_PROGRAMS = $(if $(filter-out 0,$(SHARE)),step_object $(subst +, ,$(word $(shell echo $$(($(SHARE) % 5 + 1))),$(CXX_FIFTHS))))
