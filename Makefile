@@ -27,7 +27,7 @@ FILE ?= tests/reference_values.json
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
-.PHONY: help setup packages-and-core demo test test-system test-browser test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
+.PHONY: help setup packages-and-core demo test test-system test-browser test-wasm test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm studio-static bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
@@ -88,17 +88,24 @@ packages-and-core: .venv/.compiled .venv/.editable
 demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo/results.json
 	@if [ -t 2 ]; then $(BIN)/needleforce demo --out demo; else $(WATCHED) "demo" --show -- $(BIN)/needleforce demo --out demo; fi
 
-# what the Python tests need is fetched while the compiler works
-test: setup  ## every test; SHARE=3 with all repetitions of one of 14 shares
-	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected
+# what the Python tests need is fetched and compiled while the C++ tests are
+test: setup  ## every test; SHARE=3 with what .ci/run takes on a day of 14
+	@$(MAKE) --no-print-directory --jobs=3 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected test-wasm
 	@$(MAKE) --no-print-directory test-python
+
+# With sanitizers `make proof` runs every C++ test but the long walks at each run of .ci/run. As distributions compile it, a share has a fifth of
+# the programs, with their long walks, and what is not for sanitizers; without a share all.
+CXX_FIFTHS := core_tests bending_tests+plain_pair_tests solid_tests+event_tests real_time_tests guard_tests+swap_tests
+SPACE := $(subst ,, )
+CXX_PROGRAMS = $(if $(filter-out 0,$(SHARE)),step_object $(subst +, ,$(word $(shell echo $$(($(SHARE) % 5 + 1))),$(CXX_FIFTHS))))
+CXX_LABELS = $(if $(CXX_PROGRAMS),--label-regex "^($(subst $(SPACE),|,$(CXX_PROGRAMS)))$$")
 
 # -O2, as distributions compile: -O3, which the Python module has, takes a fifth longer to compile
 test-cpp: .venv/.build-packages test-system
 	@$(WATCHED) "configuring the C++ tests" -- $(BIN)/cmake -S . -B $(CXX_TESTS) $(NINJA) -DNEEDLEFORCE_TESTS=ON -DCMAKE_BUILD_TYPE=Release \
 	  -DCMAKE_CXX_FLAGS_RELEASE="-O2 -DNDEBUG"
-	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS)
-	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --parallel $$(nproc) --output-on-failure
+	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS) $(addprefix --target ,$(CXX_PROGRAMS))
+	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --parallel $$(nproc) --output-on-failure --no-tests=error $(CXX_LABELS)
 
 test-system: .venv/.made
 	@PYTHON=$(PYTHON) tools/system_packages.sh tests
@@ -116,16 +123,18 @@ test-browser: test-system
 # one thread of linear algebra each; one process more than processors, for some tests wait for another process
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
 
-# where there is a clang, the tests use what the wheel takes
-test-python: setup .venv/.test-packages
+# where there is a clang, the tests use what the wheel takes; one installer at a time
+test-wasm: test-browser
 	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
+
+test-python: setup .venv/.test-packages test-wasm
 	@$(PYTHON_TESTS)
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
 	@$(PYTHON_TESTS) --long
 
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
-	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-threads proof-effects proof-symbols
+	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-effects proof-threads proof-symbols proof-sanitized
 	@$(MAKE) --no-print-directory proof-sanitizers proof-fuzz
 
 proof-tools: .venv/.proof-packages
@@ -142,8 +151,8 @@ proof-symbols: .venv/.made
 	@$(WATCHED) "symbols" --show -- tests/proof/symbols.sh
 
 # Long walks repeat, in an ordinary build, what the fuzzers do with the same sanitizers, faster, or what a shorter test does. With sanitizers they
-# are run a seventh a day.
-REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|OfAllAxes|EquilibriumOfEachNonlinear|RandomMotionsWithFriction
+# are run a fourteenth a day.
+REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|OfAllAxes|EquilibriumOfEachNonlinear|RandomMotionsWithFriction|SwappedLaws|EveryModelKeepsItsForce|NoClosedPathReturns|StrokesOfTheWholeRange
 
 # Without a limit the compiler inlines, and then instruments again, what every test of every law calls: they take a sixth longer to compile.
 INLINED := -mllvm -inline-threshold=25 -mllvm -inlinehint-threshold=25 -Wno-unused-command-line-argument

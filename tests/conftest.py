@@ -29,6 +29,12 @@ SHARES = 14
 ALL_REPETITIONS = pytest.StashKey[bool]()  # of a test, and of the run what the test has that runs
 # each has a fixture that takes long to make: a campaign, an installed package, a plugin, a browser with its server
 ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators", "studio"))
+# two thirds of the time: in a run for a share each of their tests has its turn in one of so many shares
+TURNS = 3
+BY_TURNS = tuple(
+    f"tests/{folder}/"
+    for folder in ("campaign", "fe", "identification", "packaging", "simulators", "steering", "studies", "studio")
+)
 # files that take long: at the end, one process would wait for the other
 EARLY = (*ONE_PROCESS, "tests/steering", "tests/studies", "tests/fe/test_insertion_fit")
 
@@ -36,9 +42,10 @@ EARLY = (*ONE_PROCESS, "tests/steering", "tests/studies", "tests/fe/test_inserti
 def pytest_addoption(parser):
     parser.addoption("--lines", action="store_true", help="a line every five seconds instead of dots")
     parser.addoption("--long", action="store_true", help="only the tests that repeat themselves, with all repetitions")
-    parser.addoption(
-        "--share", type=int, default=0, help=f"all repetitions for one of {SHARES} shares, from 1; with --long only it"
+    share = (
+        f"all repetitions for one of {SHARES} shares, from 1; of the long folders a third; with --long only the first"
     )
+    parser.addoption("--share", type=int, default=0, help=share)
 
 
 def pytest_configure(config):
@@ -49,7 +56,7 @@ def pytest_configure(config):
 def pytest_collection_modifyitems(config, items):
     """All repetitions are for what has the fixture ``many`` or the marker ``long``: with ``--long``, or in the share of
     ``--share``. Every fourteenth test is in one share: the cases of one test, which take equally long, are on different
-    days. Tests that share what repeats are together."""
+    days. Tests that share what repeats are together. In a share those in ``BY_TURNS`` take turns, by their place."""
     long, share = config.getoption("--long"), config.getoption("--share")
 
     def is_marked(item):
@@ -64,11 +71,15 @@ def pytest_collection_modifyitems(config, items):
 
     groups = list(dict.fromkeys(group(item) for item in items if repeats(item)))
     of_share = set(groups[share - 1 :: SHARES] if share else groups if long else ())
+    of_others = {item for place, item in enumerate(items) if share and place % TURNS != share % TURNS}
     for item in items:
         item.stash[ALL_REPETITIONS] = repeats(item) and group(item) in of_share
 
+    def has_turn(item):
+        return item not in of_others or not item.nodeid.startswith(BY_TURNS)
+
     def is_chosen(item):
-        return item.stash[ALL_REPETITIONS] or not (long or is_marked(item))
+        return item.stash[ALL_REPETITIONS] or (has_turn(item) and not (long or is_marked(item)))
 
     config.hook.pytest_deselected(items=[item for item in items if not is_chosen(item)])
     chosen = [item for item in items if is_chosen(item)]

@@ -3,6 +3,7 @@
 is a smooth step or at once, and the stalks of another laboratory."""
 
 import json
+from functools import cache
 
 import numpy as np
 import pytest
@@ -35,6 +36,12 @@ def walls(
     force = force + cut + error
     force = np.round(force / quantum) * quantum if quantum else force
     return nf.Recording(time=np.arange(len(depth)) / rate, depth=depth, force=force)
+
+
+@cache
+def identified(*seeds):
+    """What is found of two walls, for tests that change nothing of it."""
+    return nf.identify([walls(seed) for seed in seeds])
 
 
 def truth(**situation):
@@ -107,7 +114,7 @@ def test_every_layer_has_its_peak_and_its_place(name, many):
 
 
 def test_what_an_insertion_does_not_show_is_said():
-    fit = nf.identify(walls(0))
+    fit = identified(0)
     for name in ("friction_per_length", "cutting_force", "layer_2_friction_per_length", "layer_2_cutting_force"):
         assert not fit.parameters[name].identifiable
     assert any("withdrawal" in each for each in fit.unknown)
@@ -156,7 +163,7 @@ def test_layers_of_insertions_are_compared_with_one_layer():
 
 
 def test_the_model_of_a_fit_is_a_model_to_identify(tmp_path):
-    fit = nf.identify(walls(0))
+    fit = identified(0)
     fit.save(tmp_path / "walls.toml")
     for source in (fit.model, tmp_path / "walls.toml"):
         assert nf.identify(walls(1), model=source).model.name == fit.model.name
@@ -164,7 +171,7 @@ def test_the_model_of_a_fit_is_a_model_to_identify(tmp_path):
 
 @pytest.mark.parametrize("count", [1, 3])
 def test_draws_have_the_intervals_and_what_moves_together(count):
-    fit = nf.identify([walls(seed) for seed in range(count)])
+    fit = identified(*range(count))
     draws = fit.draws()
     assert set(draws) == set(fit.parameters) and draws.own["layer_2_top"].shape == (count, 4000)
     for name, found in fit.parameters.items():
