@@ -50,7 +50,7 @@ class OnlineIdentifier {
     changes_ = 0;
     deepest_ = -1e9;
     lowest_ = 1e9;
-    rest_depth_ = lowest_depth_ = rupture_depth_ = rupture_force_ = rupture_probability_ = 0.0;
+    rest_depth_ = lowest_depth_ = 0.0;
     interrupt();
   }
   OnlineIdentifier snapshot() const noexcept { return *this; }
@@ -86,7 +86,7 @@ class OnlineIdentifier {
   /// The force over the next `travel` [m] in the direction of the last motion. Allocates nothing.
   ForceAhead ahead(double travel) const noexcept {
     ForceAhead result;
-    const NextPuncture next = next_puncture();
+    const NextPuncture next = tissue_.next_puncture();
     const ExpectedForce expected = this->expected(next);
     for (std::size_t i = 0; i < ForceAhead::points; ++i) {
       const double share = static_cast<double>(i) / static_cast<double>(ForceAhead::points - 1);
@@ -159,10 +159,10 @@ class OnlineIdentifier {
     interrupt();
     if (regime_ == Regime::contact) tissue_.keep_surface(depth_);
     whole_ = regime_;
-    rupture_probability_ = event.probability;
+    rupture_.probability = event.probability;
+    rupture_.puncture_depth = event.depth;
+    rupture_.puncture_force = force_ + event.size;
     regime_ = Regime::rupture;
-    rupture_depth_ = event.depth;
-    rupture_force_ = force_ + event.size;
     fall_ = event.size;
   }
   void end_rupture(double depth) noexcept {
@@ -172,17 +172,15 @@ class OnlineIdentifier {
     interrupt();
   }
   LayerLearnt puncture() const noexcept {
-    LayerLearnt puncture;
-    puncture.puncture_depth = rupture_depth_;
-    puncture.puncture_force = rupture_force_;
-    puncture.probability = rupture_probability_;
-    puncture.remaining = rupture_force_ > 0.0 ? std::clamp(force_ / rupture_force_, 0.0, 1.0) : 0.0;
+    LayerLearnt puncture = rupture_;
+    const double left = rupture_.puncture_force > 0.0 ? force_ / rupture_.puncture_force : 0.0;
+    puncture.remaining = std::clamp(left, 0.0, 1.0);
     return puncture;
   }
   /// Outwards, or inwards again.
   void turn(double depth) noexcept {
     settle(1e9);
-    if (regime_ == Regime::rupture && rupture_probability_ > 0.5) end_rupture(depth);
+    if (regime_ == Regime::rupture && rupture_.probability > 0.5) end_rupture(depth);
     if (regime_ == Regime::rupture) regime_ = whole_;  // the force fell because the needle turned
     tissue_.law.outwards = depth_ < depth;
     tissue_.go_in();
@@ -223,9 +221,9 @@ class OnlineIdentifier {
   /// A fall that comes back, beyond what noise makes of it, was none; one that stays without having been
   /// confirmed is one after a millimetre.
   void watch_rupture() noexcept {
-    if (force_ > rupture_force_ - 0.25 * fall_ + 2.0 * watch_.noise())
+    if (force_ > rupture_.puncture_force - 0.25 * fall_ + 2.0 * watch_.noise())
       regime_ = whole_;
-    else if (depth_ - rupture_depth_ > 1e-3)
+    else if (depth_ - rupture_.puncture_depth > 1e-3)
       end_rupture(depth_);
   }
   /// Whether a force is expected here that depends on the parameters.
@@ -296,15 +294,6 @@ class OnlineIdentifier {
   }
   // ---- what is known
 
-  NextPuncture next_puncture() const noexcept {
-    NextPuncture next;
-    next.since = tissue_.law.contact_since();
-    next.none = tissue_.prior.layers > 0 && tissue_.law.pierced >= tissue_.prior.layers;
-    if (tissue_.law.pierced >= most_layers) return next;
-    const Expected& puncture = tissue_.prior.layer[tissue_.law.pierced].puncture;
-    if (puncture.known()) next.expected = {tissue_.top() + puncture.mean, puncture.sd};
-    return next;
-  }
   bool follows_law() const noexcept {
     return (regime_ == Regime::contact || regime_ == Regime::sliding) &&
            (!tissue_.law.outwards || withdraws_);
@@ -339,7 +328,7 @@ class OnlineIdentifier {
     if (!like_earlier(depth) || resting_) return;
     Forces like;
     add_likeness(like, 1.0, depth);
-    check_.foresee(depth, expected(next_puncture()).at(depth), by_likeness(depth), like);
+    check_.foresee(depth, expected(tissue_.next_puncture()).at(depth), by_likeness(depth), like);
   }
 
   OnlineSettings settings_;
@@ -349,12 +338,12 @@ class OnlineIdentifier {
   LawOrLikeness<Forces> check_{};
   SlopeLately lately_{};
   Surprise surprise_{};
+  LayerLearnt rupture_{};
   Regime regime_ = Regime::unknown, whole_ = Regime::unknown;
   std::size_t changes_ = 0;
   bool started_ = false, withdraws_ = false, resting_ = false;
   double depth_ = 0.0, force_ = 0.0, time_ = 0.0, speed_ = 0.0, deepest_ = -1e9, rest_depth_ = 0.0;
-  double rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0, fall_ = 0.0,
-         turned_at_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
+  double fall_ = 0.0, turned_at_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
 };
 
 }  // namespace needleforce::online

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "force_ahead.hpp"
 #include "hypotheses.hpp"
 #include "layered_force.hpp"
 
@@ -153,6 +154,15 @@ class TissueLearnt {
   const Learnt& surface() const noexcept { return surface_; }
   /// The depth at which the force left its noise, less what its modulus makes of that noise.
   Learnt surface_seen(double depth) const noexcept { return surface_by(modulus(0), depth); }
+  NextPuncture next_puncture() const noexcept {
+    NextPuncture next;
+    next.since = law.contact_since();
+    next.none = prior.layers > 0 && law.pierced >= prior.layers;
+    if (law.pierced >= most_layers) return next;
+    const Expected& puncture = prior.layer[law.pierced].puncture;
+    if (puncture.known()) next.expected = {layers_[0].top + puncture.mean, puncture.sd};
+    return next;
+  }
   /// Force per depth that the next layer's contact may have: that of the one above at its puncture [N/m].
   double next_contact() const noexcept {
     if (law.pierced == 0) return 0.0;
