@@ -163,3 +163,68 @@ def test_earlier_insertions_foresee_the_force_behind_a_puncture_and_are_given_up
     assert held >= 8
     stiff = online.parameters.stiffness_coefficient
     assert stiff.low < 3.0 * 1e6 * 2.0 / np.pi * np.tan(ALPHA) < stiff.high
+
+
+def layers(depth, friction=(80.0, 30.0), tops=(0.0, 7e-3), pierced=(2e-3, 10e-3), cutting=(0.6, 0.9)):
+    """Two layers by formulas: contact with each until it breaks, then cutting, and friction along the shaft in each; a
+    cone's contact of 2 N at the first puncture, one of power 1.5 above what is there at the second."""
+    first = np.where(depth < pierced[0], 2.0 * (np.clip(depth, 0, None) / pierced[0]) ** 2, cutting[0])
+    second = 2.5 * (np.clip(depth - tops[1], 0, None) / (pierced[1] - tops[1])) ** 1.5
+    tip = np.where(depth < pierced[1], first + second, cutting[1])
+    shaft = friction[0] * np.clip(depth, 0, tops[1]) + friction[1] * np.clip(depth - tops[1], 0, None)
+    return tip, np.where(depth < pierced[0], 0.0, shaft)
+
+
+def test_contact_with_the_next_layer_is_not_taken_for_friction_and_the_withdrawal_tells_them_apart():
+    depth, dt = inwards(end=14e-3, speed=3e-3, rate=100.0)
+    tip, shaft = layers(depth)
+    noise = 5e-3 * np.random.default_rng(1).normal(size=2 * len(depth))
+    online = nf.OnlineIdentifier()
+    watched(online, (tip + shaft + noise[: len(depth)])[depth < 9e-3], depth[depth < 9e-3], dt)
+    assert online.parameters.friction_per_length.low < 80.0 < online.parameters.friction_per_length.high
+    watched(online, (tip + shaft + noise[: len(depth)])[depth >= 9e-3], depth[depth >= 9e-3], dt)
+    wide = online.parameters.friction_per_length
+    assert wide.low < 80.0 < wide.high
+    out = depth[::-1]
+    _, shaft = layers(out)
+    outwards = np.where(out > 0.0, np.where(out < 2e-3, 80.0 * np.clip(out, 0, None), shaft), 0.0)
+    watched(online, noise[len(depth) :] - outwards, out, dt)
+    found = online.parameters
+    assert found.friction_per_length.value == pytest.approx(80.0, rel=0.05)
+    assert found.friction_per_length.low < 80.0 < found.friction_per_length.high
+    assert found.friction_per_length.high - found.friction_per_length.low < 0.3 * (wide.high - wide.low)
+    assert found.layer_2_friction_per_length.low < 30.0 < found.layer_2_friction_per_length.high
+
+
+@pytest.mark.parametrize("power", [1.0, 1.5, 2.5])
+def test_another_power_of_the_depth_widens_the_contact_depth_and_leaves_friction_right(power):
+    depth, dt = inwards(end=10e-3, speed=3e-3, rate=100.0)
+    contact = 2.0 * (np.clip(depth, 0, None) / 2e-3) ** power
+    force = np.where(depth < 2e-3, contact, 0.8 + 40.0 * depth)
+    random = np.random.default_rng(2)
+    online = nf.OnlineIdentifier()
+    watched(online, force + 5e-3 * random.normal(size=len(depth)), depth, dt)
+    out = depth[::-1]
+    watched(online, -40.0 * np.clip(out, 0, None) + 5e-3 * random.normal(size=len(out)), out, dt)
+    found = online.parameters
+    for name, true in (("contact_depth", 0.0), ("friction_per_length", 40.0), ("cutting_force", 0.8)):
+        assert found[name].low < true < found[name].high, name
+
+
+def test_a_fall_at_once_is_a_puncture_here_too_and_the_model_has_what_is_left_of_the_force():
+    depth, dt = inwards(end=6e-3, speed=3e-3)
+    contact = 2.0 * (np.clip(depth, 0, None) / 2e-3) ** 2
+    force = np.where(depth < 2e-3, contact, np.interp(depth, [2e-3, 2.15e-3, 6e-3], [2.0, 0.86, 0.98]))
+    for seed in range(3):
+        online, models = nf.OnlineIdentifier(), []
+        noisy = force + 5e-3 * np.random.default_rng(seed).normal(size=len(depth))
+        for f, z in zip(noisy, depth, strict=True):
+            event = online.step(float(f), float(z), dt)
+            if event is not None and event.kind in ("puncture", "sliding"):
+                models.append((online.model, float(f)))
+        assert online.regime == "sliding"
+        assert online.parameters.puncture_depth.value == pytest.approx(2e-3, abs=0.1e-3)
+        assert len(models) == 2
+        for model, now in models:  # cutting and friction from the first sample on, together what is there
+            assert 0.0 < model.friction.per_length
+            assert float(model.force([2.2e-3])[0]) == pytest.approx(now, rel=0.15)

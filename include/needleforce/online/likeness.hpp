@@ -40,7 +40,7 @@ class Likeness {
 template <class Forces>
 class LawOrLikeness {
  public:
-  static constexpr double compared_over = 1e-3;  // [m]
+  static constexpr double compared_over = 2e-3;  // [m]
 
   /// Probability that this insertion is like the earlier ones.
   double likely() const noexcept { return 1.0 / (1.0 + std::exp(-weight_)); }
@@ -50,7 +50,9 @@ class LawOrLikeness {
   /// The force that was foreseen, if any was: which of the two foresaw it.
   void came(double force) noexcept {
     if (asked()) {
-      const double better = (by_likeness_.density(force) + 1e-3) / (by_law_.density(force) + 1e-3);
+      // to err once is not to be wrong everywhere: a twentieth of each is as wide as the force
+      const double wide = 0.05 / (std::abs(force) + 1e-3);
+      const double better = (by_likeness_.density(force) + wide) / (by_law_.density(force) + wide);
       weight_ = std::clamp(0.9 * weight_ + std::log(better), -8.0, 8.0);
       likeness_.came(like_, force);
     }
