@@ -219,7 +219,7 @@ class EventDetector {
     for (std::size_t k = 0; windows_.available(k); ++k) {
       const FallWindows::Top& top = windows_.top(k);
       const double fall = top.level - windows_.now(k);
-      if (k == 0 && fall < unheeded) growth_ = model_.growth(settings_.depth_noise, noise());
+      if (k == 0 && fall < unheeded) before_fall_ = model_;
       if (k == 0) lose(fall - unheeded, top.level - zero_ - unheeded);
       if (!(fall >= least) || fall < significant(k)) continue;
       const double backed = normal((fall - 0.5 / part * least) / sd_of_fall(k));
@@ -320,7 +320,8 @@ class EventDetector {
     }
     if (!windows_.fast()) return k == 0 ? 0.9 : 1.0;
     if (spread(std::max(fall, top.level - readings_.last()))) return k == 0 ? 1.0 : 0.9;
-    return growth_ * (top.depth - low_at_.depth) < 0.5 * fall ? 0.5 : 0.9;
+    const double grew = before_fall_.growth(settings_.depth_noise, noise()) * (top.depth - low_at_.depth);
+    return grew < 0.5 * fall ? 0.5 : 0.9;
   }
 
   /// Another needle, or another zero of the depth: what was known of the tissue is of no use.
@@ -349,6 +350,7 @@ class EventDetector {
     trail_.check(check, fresh.trail_, time_);
     windows_.check(check, fresh.windows_);
     model_.check(check);
+    before_fall_.check(check);
     noise_.check(check);
     queue_.check(check);
     readings_.check(check, fresh.readings_);
@@ -363,14 +365,14 @@ class EventDetector {
     check.number("resistance", lost_, 0.0, 1.0);
     check.numbers("numbers", std::array{time_, since_, interval_, sum_, last_force_, last_depth_, zero_,
                                         free_noise_, peak_, where_since_, contact_depth_, calm_, fell_at_,
-                                        fell_from_, fell_to_, low_, fell_by_, growth_});
+                                        fell_from_, fell_to_, low_, fell_by_});
     check.numbers("places", std::array{felt_, quiet_, low_at_, calm_at_});
   }
 
   EventSettings settings_;
   NeedleCourse course_;
   PlaceTrail trail_;
-  LocalForce model_{};
+  LocalForce model_{}, before_fall_{};
   RunningNoise noise_{};
   FallWindows windows_;
   SensorReadings readings_;
@@ -381,7 +383,7 @@ class EventDetector {
   bool started_ = false, falling_ = false, was_stuck_ = false, zero_known_ = false;
   bool fall_is_sure_ = false;
   double time_ = 0.0, since_ = 0.0, interval_ = 0.0;
-  double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0, growth_ = 0.0;
+  double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0;
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
   double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, fell_to_ = 0.0, low_ = 0.0;
   double lost_ = 0.0, fell_by_ = 0.0, least_certain_ = 0.0;
