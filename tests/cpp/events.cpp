@@ -176,6 +176,33 @@ TEST(Events, WhatTheSensorDoesIsNoConfidentPuncture) {
   }
 }
 
+/// A needle that slides at 1.5 N, friction growing by 0.06 N/s, whose sensor is zeroed again by half of that
+/// at 3.5 s, or that falls by as much in `lasts`.
+std::vector<Detection> slides(double rate, double noise, double lasts) {
+  EventDetector watch;
+  return replay(watch, rate, 4.5, noise, [&](double t, Reading& r) {
+    r.force = std::min(750.0 * std::max(0.0, r.depth - surface), 1.5) + 0.06 * std::max(0.0, t - 2.0);
+    r.force -= 0.75 * (lasts > 0.0 ? std::clamp((t - 3.5) / lasts, 0.0, 1.0) : double(t > 3.5));
+  });
+}
+
+TEST(Events, LevelThatIsAnotherBetweenTwoReadingsIsTheSensorsWhereReadingsFollowFast) {
+  const auto of = [](const std::vector<Detection>& found, EventKind kind) {
+    double most = 0.0;
+    for (const Detection& each : found) most = std::max(most, each.kind == kind ? each.probability : 0.0);
+    return most;
+  };
+  for (const double noise : {1e-3, 10e-3})
+    for (const double rate : {100.0, 500.0, 1000.0, 5000.0}) {
+      const auto zeroed = slides(rate, noise, 0.0), fell = slides(rate, noise, 6.0 / std::min(rate, 1000.0));
+      const double most = rate < 400.0 ? 0.9 : 0.5;  // it can not be told where a fall lasts a reading
+      EXPECT_LE(of(zeroed, EventKind::puncture), most) << rate << " " << noise;
+      EXPECT_LE(of(zeroed, EventKind::sliding), most) << rate << " " << noise;
+      EXPECT_GE(of(fell, EventKind::puncture), 0.89) << rate << " " << noise;
+      EXPECT_EQ(of(fell, EventKind::sliding), 1.0) << rate << " " << noise;
+    }
+}
+
 TEST(Events, GlitchOfTwoReadingsThatFollowFastIsNoPuncture) {
   for (const double rate : {500.0, 1000.0, 5000.0})
     for (const double size : {-0.3, -0.6, 0.3, 1.0})

@@ -3,6 +3,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
+
+#include "../state_check.hpp"
 
 namespace needleforce::events {
 
@@ -26,6 +29,38 @@ struct Detection {
   double probability =
       0.0;  ///< that it is real: 0.5 at most where the stream allows another cause, 0.9 by one reading
   double delay = 0.0;  ///< from the event to this sample [s]
+};
+
+/// What was found and not handed out: one event a sample leaves it.
+class DetectionQueue {
+ public:
+  /// Wait-free; one more than fits is left out.
+  void add(const Detection& event) noexcept {
+    if (waiting_ < events_.size()) events_[waiting_++] = event;
+  }
+  /// The oldest, with its delay until now. Wait-free.
+  Detection next(double now) noexcept {
+    if (waiting_ == 0) return {};
+    Detection first = events_[0];
+    first.delay = now - first.time;
+    for (std::size_t i = 1; i < waiting_; ++i) events_[i - 1] = events_[i];
+    --waiting_;
+    return first;
+  }
+
+  /// Looks at a queue from outside. Wait-free.
+  void check(StateCheck& check) const noexcept {
+    check.require("events", waiting_ <= events_.size());
+    for (const Detection& each : events_) {
+      check.word("events", each.kind, EventKind::exit);
+      check.number("events", each.probability, 0.0, 1.0);
+      check.numbers("events", std::array{each.time, each.depth, each.size, each.delay});
+    }
+  }
+
+ private:
+  std::array<Detection, 4> events_{};
+  std::size_t waiting_ = 0;
 };
 
 }  // namespace needleforce::events

@@ -15,6 +15,7 @@
 #include "needle_course.hpp"
 #include "place_trail.hpp"
 #include "running_noise.hpp"
+#include "sensor_readings.hpp"
 
 namespace needleforce::events {
 
@@ -29,12 +30,13 @@ class EventDetector {
       : settings_(settings),
         course_(settings),
         trail_(1.2 * settings.force_delay),
-        windows_(settings.within) {}
+        windows_(settings.within),
+        readings_(settings.within) {}
 
   /// One sample: force [N], depth [m], time since the one before [s]. Wait-free, allocates nothing.
   Detection step(double force, double depth, double dt) noexcept {
     if (accepts(force, depth, dt)) read(force, depth);
-    return next();
+    return queue_.next(time_);
   }
   void reset() noexcept { *this = EventDetector(settings_); }
   EventDetector snapshot() const noexcept { return *this; }
@@ -95,7 +97,7 @@ class EventDetector {
 
   void read(double force, double depth) noexcept {
     status_ = where_ == Where::unknown ? StreamStatus::learning : StreamStatus::ok;
-    watch_repeats(force);
+    look_at_readings(force);
     sum_ += force;
     parts_ += 1.0;
     if (started_ && since_ < finest * settings_.within) return;
@@ -165,7 +167,7 @@ class EventDetector {
   void enter(Where where) noexcept {
     where_ = where;
     where_since_ = calm_ = time_;
-    quiet_ = calm_at_ = felt_;
+    quiet_ = calm_at_ = low_at_ = felt_;
     peak_ = lost_ = 0.0;
     falling_ = false;
   }
@@ -209,18 +211,24 @@ class EventDetector {
            course_.slowing() * std::max(last_force_ - zero_, 0.0);
   }
 
+  /// Whether a fall took more than one reading: its largest step is less than one of two and half of the
+  /// other.
+  bool spread(double fall) const noexcept { return fell_by_ < 0.75 * fall; }
   void look_for_puncture(double force) noexcept {
     const double least = needed(), unheeded = std::max(0.5 * least, 6.0 * noise());
     for (std::size_t k = 0; windows_.available(k); ++k) {
       const FallWindows::Top& top = windows_.top(k);
       const double fall = top.level - windows_.now(k);
+      if (k == 0 && fall < unheeded) before_fall_ = model_;
       if (k == 0) lose(fall - unheeded, top.level - zero_ - unheeded);
       if (!(fall >= least) || fall < significant(k)) continue;
       const double backed = normal((fall - 0.5 / part * least) / sd_of_fall(k));
-      const double most = std::min(certainty(top, fall, least, k), sure(force) ? 1.0 : 0.5);
+      fell_by_ = readings_.step();
+      fall_is_sure_ = sure(force);
+      const double most = std::min(certainty(top, fall, least, k), fall_is_sure_ ? 1.0 : 0.5);
       found(EventKind::puncture, {top.time, top.depth}, fall, most * backed);
       falling_ = true;
-      fall_is_sure_ = most > 0.5;
+      least_certain_ = std::min(most, 0.9);
       fall_length_ = k;
       fell_at_ = time_;
       fell_from_ = top.level;
@@ -258,7 +266,8 @@ class EventDetector {
     falling_ = false;
     const bool stays = fell_from_ - force > 0.5 * (fell_from_ - low_);
     if (stays && course_.inwards() && !course_.resting())
-      found(EventKind::sliding, low_at_, fell_from_ - low_, fall_is_sure_ ? 1.0 : 0.5);
+      found(EventKind::sliding, low_at_, fell_from_ - low_,
+            fall_is_sure_ && spread(fell_from_ - low_) ? 1.0 : least_certain_);
   }
 
   /// Back at the depth of the contact, and no force for `within`.
@@ -276,20 +285,11 @@ class EventDetector {
     enter(Where::outside);
   }
 
-  void watch_repeats(double force) noexcept {
-    const bool same = started_ && force == last_reading_;
-    last_reading_ = force;
-    if (!same) {
-      if (time_ - fresh_at_ > settings_.within && repeats_ >= 10.0 && !course_.resting())
-        stuck_until_ = time_;
-      fresh_at_ = time_;
-      repeats_ = 0.0;
-    } else {
-      repeats_ += 1.0;
-    }
+  void look_at_readings(double force) noexcept {
+    readings_.add(force, time_, !course_.resting());
     const bool fine = noise_.quantum() < 2.0 * noise();
-    was_stuck_ = fine && time_ - stuck_until_ <= settings_.within;
-    if (same && fine && repeats_ >= 10.0 && time_ - fresh_at_ > settings_.within && !course_.resting())
+    was_stuck_ = fine && readings_.was_stuck(time_);
+    if (fine && readings_.repeats() && readings_.stuck(time_))
       status_ = StreamStatus::stuck;
     else if (where_ == Where::inside && !zero_known_)
       status_ = StreamStatus::unknown_zero;
@@ -309,13 +309,19 @@ class EventDetector {
     course_.forget_speed();
     falling_ = false;
   }
-  /// The most that a fall can be certain of: less by one reading that may be a glitch, and across a gap by
-  /// the probability that so much of it came within `within`, if it took any part of the gap as likely as
-  /// another.
+  /// The most that a fall can be certain of. Less by one reading that may be a glitch, or by a step between
+  /// two, which may be a new zero of the sensor; the zero is all that is left where readings follow fast and
+  /// no load grew before that could have been lost. Across a gap less by the probability that so much of it
+  /// came within `within`, if it took any part of the gap as likely as another.
   double certainty(const FallWindows::Top& top, double fall, double least, std::size_t k) noexcept {
-    if (top.time > before_gap_) return k == 0 && !windows_.fast() ? 0.9 : 1.0;
-    status_ = StreamStatus::gap;
-    return 0.9 * std::min(1.0, settings_.within * fall / (least * gap_));
+    if (top.time <= before_gap_) {
+      status_ = StreamStatus::gap;
+      return 0.9 * std::min(1.0, settings_.within * fall / (least * gap_));
+    }
+    if (!windows_.fast()) return k == 0 ? 0.9 : 1.0;
+    if (spread(std::max(fall, top.level - readings_.last()))) return k == 0 ? 1.0 : 0.9;
+    const double grew = before_fall_.growth(settings_.depth_noise, noise()) * (top.depth - low_at_.depth);
+    return grew < 0.5 * fall ? 0.5 : 0.9;
   }
 
   /// Another needle, or another zero of the depth: what was known of the tissue is of no use.
@@ -329,17 +335,7 @@ class EventDetector {
   }
 
   void found(EventKind kind, Place at, double size, double probability) noexcept {
-    if (waiting_ == queue_.size()) return;
-    queue_[waiting_++] = {kind, at.time, at.depth, size, probability, 0.0};
-  }
-  /// The oldest event that was not handed out.
-  Detection next() noexcept {
-    if (waiting_ == 0) return {};
-    Detection first = queue_[0];
-    first.delay = time_ - first.time;
-    for (std::size_t i = 1; i < waiting_; ++i) queue_[i - 1] = queue_[i];
-    --waiting_;
-    return first;
+    queue_.add({kind, at.time, at.depth, size, probability, 0.0});
   }
 
   std::uint64_t settings_fingerprint() const noexcept {
@@ -354,45 +350,43 @@ class EventDetector {
     trail_.check(check, fresh.trail_, time_);
     windows_.check(check, fresh.windows_);
     model_.check(check);
+    before_fall_.check(check);
     noise_.check(check);
-    check.require("events", waiting_ <= queue_.size());
-    for (const Detection& each : queue_) {
-      check.word("events", each.kind, EventKind::exit);
-      check.number("events", each.probability, 0.0, 1.0);
-      check.numbers("events", std::array{each.time, each.depth, each.size, each.delay});
-    }
+    queue_.check(check);
+    readings_.check(check, fresh.readings_);
     check.word("status", status_, StreamStatus::unknown_zero);
     check.word("where", where_, Where::inside);
     for (const bool* flag : {&started_, &falling_, &was_stuck_, &zero_known_, &fall_is_sure_})
       check.flag("flags", *flag);
     check.require("falling", fall_length_ < FallWindows::lengths);
     check.number("parts", parts_, 0.0, largest_in_a_state);
+    check.number("certainty", least_certain_, 0.0, 0.9);
     check.number("zero", zero_count_, 0.0, largest_in_a_state);
     check.number("resistance", lost_, 0.0, 1.0);
-    check.numbers("numbers", std::array{time_,        since_,         interval_, sum_,        last_force_,
-                                        last_depth_,  last_reading_,  zero_,     free_noise_, peak_,
-                                        where_since_, contact_depth_, calm_,     fell_at_,    fell_from_,
-                                        fell_to_,     low_,           fresh_at_, repeats_,    stuck_until_});
+    check.numbers("numbers", std::array{time_, since_, interval_, sum_, last_force_, last_depth_, zero_,
+                                        free_noise_, peak_, where_since_, contact_depth_, calm_, fell_at_,
+                                        fell_from_, fell_to_, low_, fell_by_});
     check.numbers("places", std::array{felt_, quiet_, low_at_, calm_at_});
   }
 
   EventSettings settings_;
   NeedleCourse course_;
   PlaceTrail trail_;
-  LocalForce model_{};
+  LocalForce model_{}, before_fall_{};
   RunningNoise noise_{};
   FallWindows windows_;
-  std::array<Detection, 4> queue_{};
-  std::size_t waiting_ = 0, fall_length_ = 0;  // of the windows that found the fall
+  SensorReadings readings_;
+  DetectionQueue queue_{};
+  std::size_t fall_length_ = 0;  // of the windows that found the fall
   StreamStatus status_ = StreamStatus::learning;
   Where where_ = Where::unknown;
   bool started_ = false, falling_ = false, was_stuck_ = false, zero_known_ = false;
   bool fall_is_sure_ = false;
   double time_ = 0.0, since_ = 0.0, interval_ = 0.0;
-  double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0, last_reading_ = 0.0;
+  double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0;
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
   double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, fell_to_ = 0.0, low_ = 0.0;
-  double fresh_at_ = 0.0, repeats_ = 0.0, stuck_until_ = -longest, lost_ = 0.0;
+  double lost_ = 0.0, fell_by_ = 0.0, least_certain_ = 0.0;
   double gap_ = 0.0, before_gap_ = -longest;  // how long the last one was, and the reading before it
   Place felt_{}, quiet_{}, low_at_{}, calm_at_{};
 };

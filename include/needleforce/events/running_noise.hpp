@@ -36,6 +36,13 @@ class LocalForce {
     const double expected = force_ + covariance_ / spread * away;
     return (force - expected) / std::sqrt(1.0 + (1.0 + away * away / spread) / weight_);
   }
+  /// The most that the force grows by a travel, for a noise that its slope was found in: two standard
+  /// deviations above what it is. Wait-free.
+  double growth(double depth_noise, double noise) const noexcept {
+    const double spread = depth_variance_ + depth_noise * depth_noise;
+    const double most = covariance_ / spread + 2.0 * noise / std::sqrt(std::max(weight_, 1.0) * spread);
+    return std::clamp(most, -1e9, 1e9);
+  }
   void add(double force, double depth, double kept) noexcept {
     weight_ = kept * weight_ + 1.0;
     const double share = 1.0 / weight_, away = depth - depth_, off = force - force_;
