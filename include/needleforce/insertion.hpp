@@ -68,8 +68,7 @@ class Insertion {
   Sample step_aside(double depth, double aside, double dt) noexcept {
     const Status status = check(depth, no_velocity, dt);
     if (status != Status::ok) return refuse(status, dt);
-    const bool slips = aside != 0.0 && state_.pierced > 0;
-    return accept(depth, no_velocity, dt, slips ? front().slip(state_.cut, depth, aside) : 0.0);
+    return accept(depth, no_velocity, dt, aside);
   }
 
   /// Back to before the first contact.
@@ -228,9 +227,9 @@ class Insertion {
       }
     }
     TipForce tip{};
-    if (fresh == 0) cuts.travel -= aside;  // a cut that begins has not slipped
     if (state_.pierced > 0) {
       const PreparedLayer& layer = layers_[plain ? 0 : state_.pierced - 1];
+      if (aside != 0.0) cuts.travel -= layer.slip(state_.cut, cuts.depth, aside);
       tip = plain || cuts.dt > 0.0
                 ? layer.template cut<KnownCutting>(state_.cut, state_.cutting, state_.returnable, cuts, noise)
                 : layer.cut_force(state_.cut, state_.cutting, cuts.depth);
