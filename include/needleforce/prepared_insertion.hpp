@@ -60,8 +60,7 @@ class PreparedInsertion {
   Sample step_aside(InsertionState& state, double depth, double aside, double dt) const noexcept {
     const Status status = check(state, depth, no_velocity, dt);
     if (status != Status::ok) return refuse(state, status, dt);
-    const bool slips = aside != 0.0 && state.pierced > 0;
-    return accept(state, depth, no_velocity, dt, slips ? front(state).slip(state.cut, depth, aside) : 0.0);
+    return accept(state, depth, no_velocity, dt, aside);
   }
 
   /// The memory of an insertion as bytes.
@@ -208,9 +207,9 @@ class PreparedInsertion {
       }
     }
     TipForce tip{};
-    if (fresh == 0) cuts.travel -= aside;  // a cut that begins has not slipped
     if (state.pierced > 0) {
       const PreparedLayer& layer = layers_[plain ? 0 : state.pierced - 1];
+      if (aside != 0.0) cuts.travel -= layer.slip(state.cut, cuts.depth, aside);
       tip = plain || cuts.dt > 0.0
                 ? layer.template cut<KnownCutting>(state.cut, state.cutting, state.returnable, cuts, noise)
                 : layer.cut_force(state.cut, state.cutting, cuts.depth);

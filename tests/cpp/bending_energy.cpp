@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <random>
 #include <vector>
 
 #include "bending.hpp"
+#include "solid.hpp"
 
 using namespace bending_tests;
 
@@ -174,6 +176,58 @@ TEST(BendingEnergy, ATipThatSlipsAsideUnloadsItsCutBySoMuch) {
   EXPECT_NEAR(needle.step_aside(5.01e-3, 0.0, 1.0).cutting, 0.04, 1e-12);  // from where it loads again
   EXPECT_NEAR(needle.step_aside(5.01e-3, -1e-3, 1.0).cutting, 0.08, 1e-12);
   EXPECT_NEAR(needle.step_aside(5.005e-3, 0.0, 1.0).cutting, 0.06, 1e-12);  // the cut did not run ahead
+}
+
+/// How far aside [m] a tip is at a depth; its needle is rolled at 8 mm.
+template <class Axial>
+double aside_at(const Axial& axial, double depth, double step, double tip_force, double roll = 0.0) {
+  FlexibleSettings gel = in_gel(50e3);
+  gel.small_slopes = false;
+  gel.beam.layers[0].tip_force = tip_force;
+  FlexibleInsertion<1, Axial> needle(axial, gel);
+  needle.step({.depth = -1e-3}, 1.0);
+  const double rolls = std::min(8e-3, depth);
+  move(needle, {.depth = -1e-3}, {.depth = rolls}, static_cast<int>(std::ceil((rolls + 1e-3) / step)));
+  move(needle, {.depth = rolls}, {.depth = rolls, .roll = roll}, 1);
+  return move(needle, {.depth = rolls, .roll = roll}, {.depth = depth, .roll = roll},
+              1 + static_cast<int>((depth - rolls) / step))
+      .tip[0];
+}
+template <class Axial>
+void expect_one_way_aside(const Axial& axial, double tip_force, double roll) {
+  for (const double depth : {7e-3, 14.5e-3, 25e-3}) {
+    const double fine = aside_at(axial, depth, 10e-6, tip_force, roll);
+    for (const double step : {50e-6, 200e-6, 1e-3})
+      EXPECT_NEAR(aside_at(axial, depth, step, tip_force, roll), fine, 0.01 * std::max(std::abs(fine), 2e-3))
+          << tip_force << ' ' << roll << ' ' << depth << ' ' << step;
+  }
+}
+
+constexpr Bevel bevelled{0.4, 0.1, 1.0};
+
+TEST(BendingEnergy, ATipIsPushedAsideAsFarInLongStepsAsInShortOnes) {
+  const laws::Coulomb friction{18.6, 20e-6, 0.0};
+  const Model harder{laws::Cone{3e5, 0.26}, laws::PunctureDepth{1.5e-3}, friction,
+                     laws::ConstantCutting{0.2, 20e-6}};
+  const std::array layers{Layer{0.0, paper::model()}, Layer{12e-3, harder}};
+  for (const double roll : {0.0, std::numbers::pi}) {
+    expect_one_way_aside(Insertion(layers, any_speed, bevelled), 0.0, roll);
+    for (const double tip_force : {0.1, -0.1})
+      expect_one_way_aside(Insertion(layers, any_speed), tip_force, roll);
+  }
+  const std::array layer{Layer{0.0, paper::model()}};
+  expect_one_way_aside(solid::CondensedInsertion(solid_tests::tissue(5e-4), layer, any_speed, bevelled), 0.0,
+                       0.0);
+}
+
+TEST(BendingEnergy, ATipThatPuncturesFollowsItsFace) {
+  const Insertion axial(paper::model(), any_speed, bevelled);
+  const double w = 1.0 / std::tan(0.4 + std::atan(0.1)), unloading = 20e-6;
+  for (const double step : {20e-6, 100e-6, 200e-6}) {
+    const double way = 3.4e-3 - 3.237e-3;  // since the puncture: w of it aside at most, and its unloading
+    EXPECT_LT(w * aside_at(axial, 3.4e-3, step, 0.0), way + unloading) << step;
+    EXPECT_GT(w * aside_at(axial, 3.4e-3, step, 0.0), 0.9 * way) << step;
+  }
 }
 
 TEST(BendingEnergy, BaseMovedAsideDrawsTheTipBackFromItsCut) {

@@ -82,8 +82,9 @@ class TipInTissue {
     for (std::size_t d = 0; d < dimension; ++d) {
       state_.ahead[d] += left * (state_.path.front_place()[d] - state_.ahead[d]);
       const double bevel = state_.tip_load.share()[d];
+      const double change = turned * (wedge * bevel - state_.wedge[d]);
       if (shortens_)
-        state_.wedge[d] += turned * (wedge * bevel - state_.wedge[d]);
+        state_.wedge[d] += change, state_.wedged[d] += change;  // so the cut pays for all of this way
       else
         state_.push[d] = full * bevel;
     }

@@ -222,6 +222,7 @@ class CondensedInsertion {
   double move(double depth, double speed, double elapsed, double aside) noexcept {
     if (!in_tissue(state_)) state_.depth = std::max(state_.depth, std::min(depth, 0.0));
     const double before = state_.depth, way = depth - before;
+    const std::size_t pierced = state_.pierced;
     // as many as twice the path has, also where tissue that is pulled up goes along for longer
     const auto parts =
         1 + static_cast<std::size_t>(std::min(std::abs(way) / (0.5 * tissue_.spacing), max_parts));
@@ -231,7 +232,11 @@ class CondensedInsertion {
     double dissipated = 0.0;
     for (std::size_t k = 1; k < parts && (in_tissue(state_) || way > 0.0); ++k)
       dissipated += moved.move(before + way * static_cast<double>(k) / static_cast<double>(parts), speed);
-    return dissipated + moved.move(depth, speed);
+    dissipated += moved.move(depth, speed);
+    if (!(aside > 0.0 && state_.pierced > pierced)) return dissipated;
+    ShaftAndTip begun = motion(layers_.relaxing(0.0));  // a cut that begins unloads as its tip slips aside
+    begun.slip(aside, 0.0);
+    return dissipated + begun.move(depth, speed);
   }
 
   /// `travel` is that which is felt.
