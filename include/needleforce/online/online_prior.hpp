@@ -2,11 +2,11 @@
 // What is expected of a tissue before the needle moves, with how uncertain that is.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
 #include "../tip.hpp"
-#include "earlier_insertions.hpp"
 
 namespace needleforce::online {
 
@@ -28,6 +28,22 @@ struct LayerPrior {
 };
 
 inline constexpr std::size_t most_layers = 8;
+
+/// Mean and standard deviation of the force of earlier insertions below their contact, at equal distances.
+struct EarlierInsertions {
+  static constexpr std::size_t points = 161;
+  double spacing = 0.0;  ///< [m]; 0 without any
+  std::array<double, points> mean{}, sd{};
+
+  bool known(double indentation) const noexcept { return spacing > 0.0 && indentation < deepest(); }
+  double deepest() const noexcept { return spacing * static_cast<double>(points - 1); }
+  double at(const std::array<double, points>& values, double indentation) const noexcept {
+    const double place = std::clamp(indentation / spacing, 0.0, static_cast<double>(points - 1) - 1e-9);
+    const auto left = static_cast<std::size_t>(place);
+    const double share = place - static_cast<double>(left);
+    return (1.0 - share) * values[left] + share * values[left + 1];
+  }
+};
 
 struct OnlinePrior {
   std::size_t layers = 0;    ///< how many punctures are expected; 0 if that is unknown
