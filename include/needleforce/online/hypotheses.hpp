@@ -33,6 +33,11 @@ class Surprise {
     const double root = 1.0 - spread + events::upper_quantile(probability) * std::sqrt(spread);
     return sum_ > count_ * root * root * root;
   }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    check.number("surprise", sum_, 0.0, largest_in_a_state);
+    check.number("surprise", count_, 0.0, 1.0001 * window);
+  }
 
  private:
   static constexpr double window = 10.0;
@@ -117,6 +122,13 @@ class Hypotheses {
     Means result{weights(), {}};
     for (std::size_t m = 0; m < count_; ++m) result.theta[m] = bank_[m].information.mean();
     return result;
+  }
+  /// Looks at them from outside, of a tissue with a prior or without one, of `size` parameters.
+  void check(StateCheck& check, bool prior_known, std::size_t size) const noexcept {
+    check.require("hypotheses", count_ == (prior_known ? most : lengths));
+    if (check.fault()) return;
+    last_.check(check);
+    for (std::size_t m = 0; m < count_; ++m) bank_[m].check(check, size);
   }
 
  private:

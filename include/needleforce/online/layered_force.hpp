@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "../laws/tip_contact.hpp"
+#include "../state_check.hpp"
 #include "online_prior.hpp"
 #include "tissue_estimate.hpp"
 
@@ -26,6 +27,7 @@ class LayeredForce {
   bool outwards = false;
 
   const laws::TipContact::Prepared& contact() const noexcept { return contact_; }
+  void take_contact(const LayeredForce& other) noexcept { contact_ = other.contact_; }
   /// Whether an intact layer may be under the tip.
   bool another(const OnlinePrior& prior) const noexcept {
     return pierced < most_layers &&
@@ -56,6 +58,13 @@ class LayeredForce {
       bottom = std::min(bottom, tops[j]);
     }
     return by;
+  }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    check.require("layers", pierced <= most_layers);
+    check.flag("layers", outwards);
+    check.numbers("layers", tops, 1e9);
+    check.number("layers", intact_from, -1e9, 1e9);
   }
 
  private:

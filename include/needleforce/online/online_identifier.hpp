@@ -6,13 +6,17 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "../events/event_detector.hpp"
+#include "../state_bytes.hpp"
+#include "../state_check.hpp"
 #include "expected_force.hpp"
 #include "force_ahead.hpp"
 #include "likeness.hpp"
 #include "online_prior.hpp"
 #include "online_settings.hpp"
+#include "prior_fingerprint.hpp"
 #include "tissue_learnt.hpp"
 #include "waiting_readings.hpp"
 
@@ -56,6 +60,24 @@ class OnlineIdentifier {
   }
   OnlineIdentifier snapshot() const noexcept { return *this; }
 
+  /// What it has seen, as bytes that may leave the process. Wait-free.
+  using Saved = StateBytes<OnlineIdentifier>;
+  Saved save() const noexcept { return state_bytes(*this, made_with()); }
+  /// Takes it back; returns false and changes nothing for bytes of another version, prior or settings, altered
+  /// bytes, or a state that no stream can leave. Wait-free.
+  bool restore(const Saved& bytes) noexcept {
+    if (restore_fault(bytes)) return false;
+    *this = with_own_prior(bytes);
+    return true;
+  }
+  /// Why `restore` refuses it, as the part that is at fault, or nullptr. Wait-free.
+  const char* restore_fault(const Saved& bytes) const noexcept {
+    if (const char* foreign = foreign_part(bytes, made_with())) return foreign;
+    StateCheck check;
+    with_own_prior(bytes).look_at(check);
+    return check.fault();
+  }
+
   events::StreamStatus status() const noexcept { return watch_.status(); }
   Regime regime() const noexcept {
     if (resting_) return Regime::rest;
@@ -81,8 +103,9 @@ class OnlineIdentifier {
   /// Layer `k` from the surface, 0 the first. Wait-free.
   LayerLearnt layer(std::size_t k) const noexcept { return tissue_.layer(k); }
 
-  /// The force over the next `travel` [m] in the direction of the last motion. Allocates nothing.
-  ForceAhead ahead(double travel) const noexcept {
+  /// The force over the next travel [m], 0 to 1, in the direction of the last motion. Allocates nothing.
+  ForceAhead ahead(double asked) const noexcept {
+    const double travel = asked > 0.0 ? std::min(asked, 1.0) : 0.0;
     ForceAhead result;
     const NextPuncture next = next_puncture();
     const ExpectedForce expected = this->expected(next);
@@ -321,6 +344,33 @@ class OnlineIdentifier {
     Forces like;
     add_likeness(like, 1.0, depth);
     check_.foresee(depth, expected(next_puncture()).at(depth), by_likeness(depth), like);
+  }
+
+  // ---- a state from outside
+
+  std::uint64_t made_with() const noexcept {
+    return fingerprint(tissue_.prior, tissue_.law.contact(), settings_, watch_.settings());
+  }
+  /// What this one was made with is never taken from outside.
+  OnlineIdentifier with_own_prior(const Saved& bytes) const noexcept {
+    OnlineIdentifier made = bytes.state();
+    made.settings_ = settings_;
+    made.tissue_.prior = tissue_.prior;
+    made.tissue_.law.take_contact(tissue_.law);
+    return made;
+  }
+  void look_at(StateCheck& check) const noexcept {
+    watch_.look_at(check, events::EventDetector(watch_.settings()));
+    tissue_.check(check);
+    readings_.check(check);
+    check_.check(check);
+    lately_.check(check);
+    surprise_.check(check);
+    check.word("regime", regime_, Regime::rest);
+    check.word("regime", whole_, Regime::rest);
+    for (const bool* flag : {&started_, &withdraws_, &resting_}) check.flag("flags", *flag);
+    check.numbers("numbers", std::array{depth_, force_, time_, speed_, deepest_, rest_depth_, rupture_depth_,
+                                        rupture_force_, rupture_probability_, lowest_, lowest_depth_}, 1e15);
   }
 
   OnlineSettings settings_;

@@ -34,9 +34,7 @@ class TissueLearnt {
     law.outwards = inside_ = false;
     layers_ = {};
     surface_ = {};
-    bool known = false;
-    for (const LayerPrior& each : prior.layer) known = known || each.modulus.known() || each.friction.known();
-    bank.begin(known);
+    bank.begin(prior_known());
     expect_contact();
     for (std::size_t at : {slot::cutting, slot::friction}) bank.set_aside(at);
   }
@@ -112,8 +110,28 @@ class TissueLearnt {
     law.tops = {};
     law.intact_from = 0.0;
   }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    law.check(check);
+    check.flag("layers", inside_);
+    check.numbers("layers", surface_, 1e15);
+    for (const LayerLearnt& each : layers_) {
+      for (const Learnt& known : {each.modulus, each.cutting, each.friction}) check.numbers("layers", known);
+      check.numbers("layers", std::array{each.top, each.puncture_depth, each.puncture_force}, 1e9);
+      check.number("layers", each.remaining, 0.0, 1.0);
+      check.number("layers", each.probability, 0.0, 1.0);
+      for (const bool* flag : {&each.touched, &each.pierced}) check.flag("layers", *flag);
+    }
+    if (check.fault()) return;
+    bank.check(check, prior_known(), slot::cutting + 2 * std::max<std::size_t>(law.pierced, 1));
+  }
 
  private:
+  bool prior_known() const noexcept {
+    bool known = false;
+    for (const LayerPrior& each : prior.layer) known = known || each.modulus.known() || each.friction.known();
+    return known;
+  }
   Expected modulus_prior(std::size_t k) const noexcept {
     if (k < most_layers && prior.layer[k].modulus.known()) return prior.layer[k].modulus;
     if (k == 0) return {0.0, 1e8};
