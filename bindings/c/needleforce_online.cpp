@@ -62,8 +62,8 @@ bool read(OnlinePrior& prior, const nf_prior& given, nf_fault& why) noexcept {
   return !flaw.limit || c::refuse(why, "prior", flaw.quantity, flaw.limit, flaw.value);
 }
 
-using online::OnlineSettings;
 using events::EventSettings;
+using online::OnlineSettings;
 
 /// Settings of two tables, each of which is given those that it knows; what neither knows the second refuses.
 struct SettingsOfBoth {

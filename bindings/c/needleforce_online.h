@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0
-   Parameters of a tissue while the needle moves, and the force ahead of it: docs/howto/online_identification.md.
-   Settings by name as there, those of events among them, in SI; those left out have their defaults. The caller
-   owns all memory, about 80 kB; every function but nf_online_init is wait-free, snapshot and restore with up to
-   three times as much on the stack. */
+   Parameters of a tissue while the needle moves, and the force ahead of it:
+   docs/howto/online_identification.md. Settings by name as there, those of events among them, in SI; those
+   left out have their defaults. The caller owns all memory, about 80 kB; every function but nf_online_init is
+   wait-free, snapshot and restore with up to three times as much on the stack. */
 #ifndef NEEDLEFORCE_ONLINE_H
 #define NEEDLEFORCE_ONLINE_H
 #include "needleforce_events.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The C face of what learns while the needle moves for JavaScript: its prior as numbers and a tip, its settings
-// by name, before the loop.
+// The C face of what learns while the needle moves for JavaScript: its prior as numbers and a tip, its
+// settings by name, before the loop.
 #include <cstddef>
 
 #include "../c/needleforce_online.h"
@@ -30,7 +30,8 @@ unsigned char* snapshot;
 
 }  // namespace
 
-static_assert(offsetof(Given, layer) == 4 * sizeof(double) && sizeof(Given) == (4 + 96 + 322) * sizeof(double));
+static_assert(offsetof(Given, layer) == 4 * sizeof(double) &&
+              sizeof(Given) == (4 + 96 + 322) * sizeof(double));
 static_assert(offsetof(nf_layer_learnt, touched) == 14 * sizeof(double) &&
               offsetof(Known, surface) == 15 * sizeof(double) &&
               offsetof(Known, ahead) == 18 * sizeof(double) && offsetof(Known, event) == 66 * sizeof(double));
@@ -40,15 +41,22 @@ extern "C" {
 /// The settings follow, by give().
 void EXPORT(open_online)() { pieces::open(parameters); }
 Given* EXPORT(prior_at)() { return &given; }
-/// With so many layers of the prior, and the tip that was chosen, if any; 1, or 0 and a fault with the reason.
+/// With so many layers of the prior, and the tip that was chosen, if any; 1, or 0 and a fault with the
+/// reason.
 int EXPORT(make_online)(std::size_t layers) {
   void* memory = room(nf_online_size());
   snapshot = static_cast<unsigned char*>(room(nf_online_snapshot_size()));
   std::size_t count = 0;
   while (parameters[count].name) ++count;
   const nf_tip* tip = pieces::count ? pieces::layers[0].stiffness.tip : nullptr;
-  const nf_prior prior{given.layer,  layers, std::size_t(given.punctures), given.same_tissue != 0.0,
-                       given.radius, tip,    given.mean,                   given.sd,
+  const nf_prior prior{given.layer,
+                       layers,
+                       std::size_t(given.punctures),
+                       given.same_tissue != 0.0,
+                       given.radius,
+                       tip,
+                       given.mean,
+                       given.sd,
                        given.spacing};
   online = nf_online_init(memory, nf_online_size(), &prior, parameters, count, &pieces::fault);
   return online != nullptr;

@@ -16,7 +16,8 @@ static nf_online* made(void* memory, char* line) {
   }
   const nf_tip tip = {"cone", {{"half_angle", n[3]}}, NULL, NULL, NULL, 0};
   const nf_layer_prior* layers = (const nf_layer_prior*)(n + 5);
-  const nf_prior prior = {layers, 2, (size_t)n[0], n[1] != 0.0, n[2], &tip, n + 29, n + 29 + NF_EARLIER_POINTS, n[4]};
+  const nf_prior prior = {
+      layers, 2, (size_t)n[0], n[1] != 0.0, n[2], &tip, n + 29, n + 29 + NF_EARLIER_POINTS, n[4]};
   return nf_online_init(memory, nf_online_size(), count ? &prior : NULL, NULL, 0, NULL);
 }
 
@@ -35,9 +36,10 @@ static void write(const nf_online* online, const nf_event* event) {
     printf(" %.17g %.17g", layer.puncture_depth, layer.puncture_force);
   }
   nf_online_ahead(online, 2e-3, &ahead);
-  for (size_t i = 0; i < NF_AHEAD_POINTS; i += 5) printf(" %.17g %.17g %.17g", ahead.force[i], ahead.low[i], ahead.high[i]);
-  printf(" %.17g %.17g %zu %s %s %s\n", ahead.puncture_probability, ahead.puncture_depth, nf_online_pierced(online),
-         nf_event_name(event->kind), nf_regime_name(nf_online_regime(online)),
+  for (size_t i = 0; i < NF_AHEAD_POINTS; i += 5)
+    printf(" %.17g %.17g %.17g", ahead.force[i], ahead.low[i], ahead.high[i]);
+  printf(" %.17g %.17g %zu %s %s %s\n", ahead.puncture_probability, ahead.puncture_depth,
+         nf_online_pierced(online), nf_event_name(event->kind), nf_regime_name(nf_online_regime(online)),
          nf_stream_status_name(nf_online_status(online)));
 }
 

@@ -51,8 +51,9 @@ static void write(const OnlineIdentifier& online, const events::Detection& event
   const ForceAhead ahead = online.ahead(2e-3);
   for (const std::size_t i : {0, 5, 10})
     std::printf(" %.17g %.17g %.17g", ahead.at[i].force, ahead.at[i].low, ahead.at[i].high);
-  std::printf(" %.17g %.17g %zu %s %s %s\n", ahead.puncture_probability, ahead.puncture_depth, online.pierced(),
-              events::event_kind_names[std::size_t(event.kind)], regime_names[std::size_t(online.regime())],
+  std::printf(" %.17g %.17g %zu %s %s %s\n", ahead.puncture_probability, ahead.puncture_depth,
+              online.pierced(), events::event_kind_names[std::size_t(event.kind)],
+              regime_names[std::size_t(online.regime())],
               events::stream_status_names[std::size_t(online.status())]);
 }
 

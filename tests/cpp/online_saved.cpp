@@ -156,7 +156,8 @@ TEST(OnlineSaved, PlantedBytesAreRefusedOrGiveFiniteNumbers) {
   const auto made = std::make_unique<OnlineIdentifier>(learner);
   std::size_t refused = 0;
   for (std::size_t i = 0; i < saved->words.size(); i += 7)
-    for (const double number : {infinite - infinite, 1e300, -1e9, std::bit_cast<double>(0x0202020202020202ull)}) {
+    for (const double number :
+         {infinite - infinite, 1e300, -1e9, std::bit_cast<double>(0x0202020202020202ull)}) {
       const auto word = std::bit_cast<std::uint64_t>(number);
       const std::uint64_t before = std::exchange(saved->words[i], word);
       saved->checksum = saved->sum();

@@ -39,6 +39,8 @@ double needleforce_watch(EventDetector* watch, double force, double depth, doubl
 double needleforce_learn(OnlineIdentifier* online, double force, double depth, double dt) {
   return online->step(force, depth, dt).probability + online->layer(0).modulus.value;
 }
-double needleforce_ahead(const OnlineIdentifier* online, double travel) { return online->ahead(travel).at[10].high; }
+double needleforce_ahead(const OnlineIdentifier* online, double travel) {
+  return online->ahead(travel).at[10].high;
+}
 
 }  // extern "C"

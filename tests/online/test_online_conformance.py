@@ -10,9 +10,9 @@ import needleforce as nf
 
 NUMBERS = 31  # innovation, surface, two layers, three points ahead, next puncture, layers pierced; then words
 AHEAD = [*range(19, 28), 29]  # what is found by halving an interval: twenty times for a force, thirty for a depth
-# The mathematics library of WebAssembly differs in last bits, 2e-16, of exp, log and pow. Least squares on an offset and a
-# slope over millimetres have a condition up to 1e6, and so keep 1e-9. One halving more or less is 2^-20 of twelve
-# standard deviations.
+# The mathematics library of WebAssembly differs in last bits, 2e-16, of exp, log and pow. Least squares on an offset
+# and a slope over millimetres have a condition up to 1e6, and so keep 1e-9. One halving more or less is 2^-20 of
+# twelve standard deviations.
 CLOSE, HALVED = 1e-9, 1e-5
 REAL = RECORDINGS / "needle-insertion-rig"
 
@@ -24,8 +24,8 @@ def insertion(rate: float, change=None) -> list[str]:
     past = np.maximum(depth - 2e-3, 0.0)
     cut = 0.4 + 60.0 * past + np.where(past < 7e-3, 3e4 * np.maximum(past - 4e-3, 0.0) ** 2, 0.2)
     force = np.where(time < 7.0, np.where(past < 4e-3, 8e4 * past**2, cut), -30.0 * past)
-    rows = np.column_stack([force + np.random.default_rng(1).normal(0.0, 5e-3, time.size), depth, np.diff(time, prepend=0)])
-    rows[0, 2] = 1.0 / rate
+    force += np.random.default_rng(1).normal(0.0, 5e-3, time.size)
+    rows = np.column_stack([force, depth, np.full(time.size, 1.0 / rate)])
     if change:
         change(rows)
     return lines(rows)

@@ -9,6 +9,7 @@ from building import said
 
 PARTS = ("", "_guard", "_bend", "_solid", "_events", "_online")
 HEADERS = tuple(f"needleforce{part}.h" for part in PARTS)
+PLAIN = "settings|parameter|layer|fault|sample|output|bending|base|bent|base_output|event|prior|learnt|layer_learnt"
 VERSION = 2
 STRUCTS = "6971cb2f7590e72d"  # of VERSION
 
@@ -62,7 +63,7 @@ def test_every_function_with_a_struct_has_the_version(root):
         text = re.sub(r"/\*.*?\*/", "", (root / "bindings" / "c" / name).read_text(encoding="utf-8"), flags=re.S)
         versioned = dict(re.findall(r"#define (nf_\w+) (nf_\w+)", text))
         prototypes = re.findall(r"^[\w* ]*?\b(nf_\w+)\(([^;{}]*)\);", text, flags=re.M)
-        plain = r"nf_(settings|parameter|layer|fault|sample|output|bending|base|bent|base_output|event|prior|learnt|layer_learnt|ahead)\b"
+        plain = rf"nf_({PLAIN}|ahead)\b"
         needed = {function for function, taken in prototypes if re.search(plain, taken)}
         needed |= {"nf_default_settings"} & {function for function, _ in prototypes}
         assert needed and needed == set(versioned)

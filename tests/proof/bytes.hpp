@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Numbers, tables and tips from the bytes of a fuzzer: mostly inside their ranges, now and then at an end, beyond
-// it, or none at all. Bytes that have run out are zeros.
+// Numbers, tables and tips from the bytes of a fuzzer: mostly inside their ranges, now and then at an end,
+// beyond it, or none at all. Bytes that have run out are zeros.
 #pragma once
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// A fuzzer on priors, settings and streams of what learns while the needle moves: runs at one speed, forces that
-// follow a contact and slide, falls, single odd samples, other needles, resets, bytes kept, taken back and planted.
+// A fuzzer on priors, settings and streams of what learns while the needle moves: runs at one speed, forces
+// that follow a contact and slide, falls, single odd samples, other needles, resets, bytes kept, taken back
+// and planted.
 #include "learn_trial.hpp"
 
 namespace {
@@ -43,15 +44,22 @@ Settings settings_from(Bytes& bytes) {
 }
 
 /// The same prior through the C face; nullptr where its tip has more than numbers.
-nf_online* in_c(std::vector<double>& memory, const online::OnlinePrior& prior, const online::OnlineSettings& settings,
-                const events::EventSettings& watched, bool refused) {
+nf_online* in_c(std::vector<double>& memory, const online::OnlinePrior& prior,
+                const online::OnlineSettings& settings, const events::EventSettings& watched, bool refused) {
   const auto* cone = std::get_if<tips::Cone>(&prior.tip);
   if (!cone) return nullptr;
   const nf_tip tip{"cone", {{"half_angle", cone->half_angle}}, nullptr, nullptr, nullptr, 0};
   std::array<nf_layer_prior, online::most_layers> layers;
   std::memcpy(layers.data(), prior.layer.data(), sizeof layers);
-  const nf_prior given{layers.data(), layers.size(), prior.layers, prior.same_tissue, prior.radius, &tip,
-                       prior.earlier.mean.data(), prior.earlier.sd.data(), prior.earlier.spacing};
+  const nf_prior given{layers.data(),
+                       layers.size(),
+                       prior.layers,
+                       prior.same_tissue,
+                       prior.radius,
+                       &tip,
+                       prior.earlier.mean.data(),
+                       prior.earlier.sd.data(),
+                       prior.earlier.spacing};
   std::vector<nf_parameter> named;
   for (const auto& row : online::OnlineSettings::table) named.push_back({row.name, settings.*row.member});
   for (const auto& row : events::EventSettings::table) named.push_back({row.name, watched.*row.member});

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// One identifier next to a second one, one that continues from what was kept, one given planted bytes, and the
-// same through the C face. Whatever comes: numbers are finite, intervals hold their median, standard deviations
-// are none below zero, and a sample that is refused teaches nothing.
+// One identifier next to a second one, one that continues from what was kept, one given planted bytes, and
+// the same through the C face. Whatever comes: numbers are finite, intervals hold their median, standard
+// deviations are none below zero, and a sample that is refused teaches nothing.
 #pragma once
 
 #include <algorithm>
@@ -31,14 +31,16 @@ inline void add(Told& told, const auto& known) {
 }
 inline void add_layer(Told& told, const auto& layer) {
   add(told, layer.modulus), add(told, layer.cutting), add(told, layer.friction);
-  told.numbers.insert(told.numbers.end(), {layer.top, layer.puncture_depth, layer.puncture_force, layer.remaining,
-                                           layer.probability, double(layer.touched), double(layer.pierced)});
+  told.numbers.insert(told.numbers.end(),
+                      {layer.top, layer.puncture_depth, layer.puncture_force, layer.remaining,
+                       layer.probability, double(layer.touched), double(layer.pierced)});
 }
 inline Told parameters(const online::OnlineIdentifier& online) {
   Told told;
   for (std::size_t k = 0; k < online.pierced() + 2; ++k) add_layer(told, online.layer(k));
   add(told, online.surface());
-  told.numbers.insert(told.numbers.end(), {online.innovation(), double(online.regime()), double(online.pierced())});
+  told.numbers.insert(told.numbers.end(),
+                      {online.innovation(), double(online.regime()), double(online.pierced())});
   return told;
 }
 inline Told parameters(const nf_online* online) {
@@ -57,7 +59,8 @@ inline Told foreseen(const online::ForceAhead& ahead) {
   Told told;
   for (const auto& at : ahead.at)
     told.numbers.insert(told.numbers.end(), {at.depth, at.force, at.low, at.high});
-  told.numbers.insert(told.numbers.end(), {ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest});
+  told.numbers.insert(told.numbers.end(),
+                      {ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest});
   return told;
 }
 inline Told foreseen(const nf_online* online, double travel) {
@@ -66,7 +69,8 @@ inline Told foreseen(const nf_online* online, double travel) {
   nf_online_ahead(online, travel, &ahead);
   for (std::size_t i = 0; i < NF_AHEAD_POINTS; ++i)
     told.numbers.insert(told.numbers.end(), {ahead.depth[i], ahead.force[i], ahead.low[i], ahead.high[i]});
-  told.numbers.insert(told.numbers.end(), {ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest});
+  told.numbers.insert(told.numbers.end(),
+                      {ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest});
   return told;
 }
 
@@ -99,15 +103,18 @@ class LearnTrial {
     nf_event event;
     if (c_) nf_online_step(c_, force, depth, dt, &event);
     const auto status = online_.status();
-    const bool refused = status == events::StreamStatus::bad_time || status == events::StreamStatus::not_finite;
+    const bool refused =
+        status == events::StreamStatus::bad_time || status == events::StreamStatus::not_finite;
     require(!bad || refused, "bad input is reported");
     require(!bad || before == parameters(online_), "a sample that is refused teaches nothing");
-    planted_.step([](const events::Detection& made) { return std::array{made.time, made.depth}; }, force, depth, dt);
+    planted_.step([](const events::Detection& made) { return std::array{made.time, made.depth}; }, force,
+                  depth, dt);
   }
   /// What it knows now, and over the next travel.
   void look(double travel) const {
     const Told told = parameters(online_), ahead = foreseen(online_.ahead(travel));
-    require(told == parameters(twin_) && ahead == foreseen(twin_.ahead(travel)), "the same stream teaches the same");
+    require(told == parameters(twin_) && ahead == foreseen(twin_.ahead(travel)),
+            "the same stream teaches the same");
     require(told == parameters(shadow_) && ahead == foreseen(shadow_.ahead(travel)),
             "what was taken back continues as before");
     if (c_) require(told == parameters(c_) && ahead == foreseen(c_, travel), "the C face learns to the bit");
@@ -117,8 +124,8 @@ class LearnTrial {
 
  private:
   static void check(const OnlineIdentifier& online, double travel) {
-    if (getenv("SHOW")) { for (double n : parameters(online).numbers) fprintf(stderr, "%.3g ", n); fprintf(stderr, "travel %g depth %g force %g noise %g regime %s status %d mem %g sp %g r %g\n", travel, online.depth(), online.force(), online.detector().noise(), online::regime_names[size_t(online.regime())], int(online.status()), online.settings().memory, online.settings().spacing, online.settings().roughness); }
-    for (const double number : parameters(online).numbers) require(std::isfinite(number), "every number is finite");
+    for (const double number : parameters(online).numbers)
+      require(std::isfinite(number), "every number is finite");
     require(online.surface().sd >= 0.0 && online.innovation() >= 0.0, "no spread is below zero");
     for (std::size_t k = 0; k <= online.pierced(); ++k) {
       const auto layer = online.layer(k);
@@ -130,12 +137,13 @@ class LearnTrial {
     check(online.ahead(travel));
   }
   static void check(const online::ForceAhead& ahead) {
-    if (getenv("SHOW")) for (const auto& at : ahead.at) fprintf(stderr, "%g %g %g %g\n", at.depth, at.force, at.low, at.high);
-    if (getenv("SHOW")) fprintf(stderr, "P %g %g %g %g\n", ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest);
-    for (const double number : foreseen(ahead).numbers) require(std::isfinite(number), "what is foreseen is finite");
-    for (const auto& at : ahead.at) require(at.low <= at.force && at.force <= at.high, "an interval holds its median");
+    for (const double number : foreseen(ahead).numbers)
+      require(std::isfinite(number), "what is foreseen is finite");
+    for (const auto& at : ahead.at)
+      require(at.low <= at.force && at.force <= at.high, "an interval holds its median");
     require(ahead.puncture_probability >= 0.0 && ahead.puncture_probability <= 1.0, "a probability is one");
-    require(ahead.earliest <= ahead.puncture_depth && ahead.puncture_depth <= ahead.latest, "quantiles have an order");
+    require(ahead.earliest <= ahead.puncture_depth && ahead.puncture_depth <= ahead.latest,
+            "quantiles have an order");
   }
 
   OnlineIdentifier online_, twin_, shadow_;

@@ -355,7 +355,6 @@ class EventDetector {
   }
 
  private:
-
   EventSettings settings_;
   NeedleCourse course_;
   PlaceTrail trail_;

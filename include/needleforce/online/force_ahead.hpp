@@ -82,8 +82,7 @@ class Mixture {
       check.number("mixture", each.mean, -1e60, 1e60);
       check.number("mixture", each.sd, 0.0, 1e100);
     }
-    for (std::size_t i = 0; i < std::min(count_, capacity); ++i)
-      check.require("mixture", parts_[i].sd > 0.0);
+    for (std::size_t i = 0; i < std::min(count_, capacity); ++i) check.require("mixture", parts_[i].sd > 0.0);
   }
 
  private:

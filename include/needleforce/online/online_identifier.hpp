@@ -63,8 +63,8 @@ class OnlineIdentifier {
   /// What it has seen, as bytes that may leave the process. Wait-free.
   using Saved = StateBytes<OnlineIdentifier>;
   Saved save() const noexcept { return state_bytes(*this, made_with()); }
-  /// Takes it back; returns false and changes nothing for bytes of another version, prior or settings, altered
-  /// bytes, or a state that no stream can leave. Wait-free.
+  /// Takes it back; returns false and changes nothing for bytes of another version, prior or settings,
+  /// altered bytes, or a state that no stream can leave. Wait-free.
   bool restore(const Saved& bytes) noexcept {
     if (restore_fault(bytes)) return false;
     *this = with_own_prior(bytes);
@@ -369,8 +369,10 @@ class OnlineIdentifier {
     check.word("regime", regime_, Regime::rest);
     check.word("regime", whole_, Regime::rest);
     for (const bool* flag : {&started_, &withdraws_, &resting_}) check.flag("flags", *flag);
-    check.numbers("numbers", std::array{depth_, force_, time_, speed_, deepest_, rest_depth_, rupture_depth_,
-                                        rupture_force_, rupture_probability_, lowest_, lowest_depth_}, 1e15);
+    check.numbers("numbers",
+                  std::array{depth_, force_, time_, speed_, deepest_, rest_depth_, rupture_depth_,
+                             rupture_force_, rupture_probability_, lowest_, lowest_depth_},
+                  1e15);
   }
 
   OnlineSettings settings_;
