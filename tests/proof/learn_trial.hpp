@@ -17,61 +17,61 @@
 
 namespace needleforce::proof {
 
-/// Everything that one says.
-struct Told {
+/// All numbers that one shows.
+struct Shown {
   std::vector<double> numbers;
-  bool operator==(const Told& other) const {
+  bool operator==(const Shown& other) const {
     return std::ranges::equal(numbers, other.numbers, {}, std::bit_cast<std::uint64_t, double>,
                               std::bit_cast<std::uint64_t, double>);
   }
 };
 
-inline void add(Told& told, const auto& known) {
-  told.numbers.insert(told.numbers.end(), {known.value, known.sd, known.before});
+inline void add(Shown& shown, const auto& known) {
+  shown.numbers.insert(shown.numbers.end(), {known.value, known.sd, known.before});
 }
-inline void add_layer(Told& told, const auto& layer) {
-  add(told, layer.modulus), add(told, layer.cutting), add(told, layer.friction);
-  told.numbers.insert(told.numbers.end(),
-                      {layer.top, layer.puncture_depth, layer.puncture_force, layer.remaining,
-                       layer.probability, double(layer.touched), double(layer.pierced)});
+inline void add_layer(Shown& shown, const auto& layer) {
+  add(shown, layer.modulus), add(shown, layer.cutting), add(shown, layer.friction);
+  shown.numbers.insert(shown.numbers.end(),
+                       {layer.top, layer.puncture_depth, layer.puncture_force, layer.remaining,
+                        layer.probability, double(layer.touched), double(layer.pierced)});
 }
-inline Told parameters(const online::OnlineIdentifier& online) {
-  Told told;
-  for (std::size_t k = 0; k < online.pierced() + 2; ++k) add_layer(told, online.layer(k));
-  add(told, online.surface());
-  told.numbers.insert(told.numbers.end(),
-                      {online.innovation(), double(online.regime()), double(online.pierced())});
-  return told;
+inline Shown parameters(const online::OnlineIdentifier& online) {
+  Shown shown;
+  for (std::size_t k = 0; k < online.pierced() + 2; ++k) add_layer(shown, online.layer(k));
+  add(shown, online.surface());
+  shown.numbers.insert(shown.numbers.end(),
+                       {online.innovation(), double(online.regime()), double(online.pierced())});
+  return shown;
 }
-inline Told parameters(const nf_online* online) {
-  Told told;
+inline Shown parameters(const nf_online* online) {
+  Shown shown;
   nf_layer_learnt layer;
   nf_learnt surface;
   for (std::size_t k = 0; k < nf_online_pierced(online) + 2; ++k)
-    nf_online_layer(online, k, &layer), add_layer(told, layer);
+    nf_online_layer(online, k, &layer), add_layer(shown, layer);
   nf_online_surface(online, &surface);
-  add(told, surface);
-  told.numbers.insert(told.numbers.end(), {nf_online_innovation(online), double(nf_online_regime(online)),
-                                           double(nf_online_pierced(online))});
-  return told;
+  add(shown, surface);
+  shown.numbers.insert(shown.numbers.end(), {nf_online_innovation(online), double(nf_online_regime(online)),
+                                             double(nf_online_pierced(online))});
+  return shown;
 }
-inline Told foreseen(const online::ForceAhead& ahead) {
-  Told told;
+inline Shown foreseen(const online::ForceAhead& ahead) {
+  Shown shown;
   for (const auto& at : ahead.at)
-    told.numbers.insert(told.numbers.end(), {at.depth, at.force, at.low, at.high});
-  told.numbers.insert(told.numbers.end(),
-                      {ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest});
-  return told;
+    shown.numbers.insert(shown.numbers.end(), {at.depth, at.force, at.low, at.high});
+  shown.numbers.insert(shown.numbers.end(),
+                       {ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest});
+  return shown;
 }
-inline Told foreseen(const nf_online* online, double travel) {
-  Told told;
+inline Shown foreseen(const nf_online* online, double travel) {
+  Shown shown;
   nf_ahead ahead;
   nf_online_ahead(online, travel, &ahead);
   for (std::size_t i = 0; i < NF_AHEAD_POINTS; ++i)
-    told.numbers.insert(told.numbers.end(), {ahead.depth[i], ahead.force[i], ahead.low[i], ahead.high[i]});
-  told.numbers.insert(told.numbers.end(),
-                      {ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest});
-  return told;
+    shown.numbers.insert(shown.numbers.end(), {ahead.depth[i], ahead.force[i], ahead.low[i], ahead.high[i]});
+  shown.numbers.insert(shown.numbers.end(),
+                       {ahead.puncture_probability, ahead.puncture_depth, ahead.earliest, ahead.latest});
+  return shown;
 }
 
 class LearnTrial {
@@ -98,7 +98,7 @@ class LearnTrial {
 
   void step(double force, double depth, double dt) {
     const bool bad = !(std::abs(force) <= 1e6) || !(std::abs(depth) <= 1e3) || !(dt >= 0.0 && dt <= 1e9);
-    const Told before = bad ? parameters(online_) : Told{};
+    const Shown before = bad ? parameters(online_) : Shown{};
     online_.step(force, depth, dt), twin_.step(force, depth, dt), shadow_.step(force, depth, dt);
     nf_event event;
     if (c_) nf_online_step(c_, force, depth, dt, &event);
@@ -112,12 +112,12 @@ class LearnTrial {
   }
   /// What it knows now, and over the next travel.
   void look(double travel) const {
-    const Told told = parameters(online_), ahead = foreseen(online_.ahead(travel));
-    require(told == parameters(twin_) && ahead == foreseen(twin_.ahead(travel)),
+    const Shown shown = parameters(online_), ahead = foreseen(online_.ahead(travel));
+    require(shown == parameters(twin_) && ahead == foreseen(twin_.ahead(travel)),
             "the same stream teaches the same");
-    require(told == parameters(shadow_) && ahead == foreseen(shadow_.ahead(travel)),
+    require(shown == parameters(shadow_) && ahead == foreseen(shadow_.ahead(travel)),
             "what was taken back continues as before");
-    if (c_) require(told == parameters(c_) && ahead == foreseen(c_, travel), "the C face learns to the bit");
+    if (c_) require(shown == parameters(c_) && ahead == foreseen(c_, travel), "the C face learns to the bit");
     check(online_, travel);
     if (planted_.engine()) check(*planted_.engine(), travel);
   }

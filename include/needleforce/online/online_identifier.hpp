@@ -183,7 +183,8 @@ class OnlineIdentifier {
     rupture_probability_ = event.probability;
     regime_ = Regime::rupture;
     rupture_depth_ = event.depth;
-    rupture_force_ = tissue_.bank.last().force;
+    const double last = tissue_.bank.last().force;
+    rupture_force_ = last != 0.0 ? last : force_ + event.size;  // before any reading: from where it fell
   }
   void end_rupture(double depth) noexcept {
     if (regime_ != Regime::rupture) return;

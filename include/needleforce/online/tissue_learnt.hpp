@@ -149,7 +149,7 @@ class TissueLearnt {
   }
   void expect_sliding(double length) noexcept {
     const std::size_t k = law.pierced - 1;
-    const double size = 2.0 * std::abs(layers_[k].puncture_force);
+    const double size = 2.0 * std::max(std::abs(layers_[k].puncture_force), 1e-3);
     bank.expect(slot::cutting, or_size(prior.layer[k].cutting, size));
     bank.expect(slot::friction, or_size(prior.layer[k].friction, size / length));
   }
