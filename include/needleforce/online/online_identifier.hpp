@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 
 #include "../events/event_detector.hpp"
 #include "../state_bytes.hpp"
@@ -17,15 +16,11 @@
 #include "online_prior.hpp"
 #include "online_settings.hpp"
 #include "prior_fingerprint.hpp"
+#include "regime.hpp"
 #include "tissue_learnt.hpp"
 #include "waiting_readings.hpp"
 
 namespace needleforce::online {
-
-/// What the needle does, as far as a force is expected of it.
-enum class Regime { unknown, free, contact, rupture, sliding, reversing, withdrawal, rest };
-inline constexpr std::array<const char*, 8> regime_names{"unknown", "free",      "contact",    "rupture",
-                                                         "sliding", "reversing", "withdrawal", "rest"};
 
 /// One sample in; parameters with covariance, and the force ahead, out. Within a regime the force is linear
 /// in the parameters; events open and close regimes; a bank of hypotheses on texture and prior is weighted by
@@ -48,7 +43,6 @@ class OnlineIdentifier {
   /// Back to before the first sample. Wait-free.
   void reset() noexcept {
     watch_.reset();
-    tissue_.reset();
     begin_anew();
     started_ = false;
     depth_ = force_ = time_ = speed_ = 0.0;
@@ -63,8 +57,7 @@ class OnlineIdentifier {
   /// What it has seen, as bytes that may leave the process. Wait-free.
   using Saved = StateBytes<OnlineIdentifier>;
   Saved save() const noexcept { return state_bytes(*this, made_with()); }
-  /// Takes it back; returns false and changes nothing for bytes of another version, prior or settings,
-  /// altered bytes, or a state that no stream can leave. Wait-free.
+  /// Takes it back, or returns false and changes nothing, as an `EventDetector`. Wait-free.
   bool restore(const Saved& bytes) noexcept {
     if (restore_fault(bytes)) return false;
     *this = with_own_prior(bytes);
@@ -101,7 +94,10 @@ class OnlineIdentifier {
   std::size_t changes() const noexcept { return changes_; }
 
   /// Layer `k` from the surface, 0 the first. Wait-free.
-  LayerLearnt layer(std::size_t k) const noexcept { return tissue_.layer(k); }
+  LayerLearnt layer(std::size_t k) const noexcept {
+    if (regime_ == Regime::rupture && k == pierced()) return tissue_.breaking(puncture(), {depth_, force_});
+    return tissue_.layer(k);
+  }
 
   /// The force over the next travel [m], 0 to 1, in the direction of the last motion. Allocates nothing.
   ForceAhead ahead(double asked) const noexcept {
@@ -128,8 +124,6 @@ class OnlineIdentifier {
 
  private:
   static constexpr double leap = 5e-3, fastest = 1.0;  // as the detector has it
-
-  // ---- regimes
 
   void begin_anew() noexcept {
     regime_ = Regime::unknown;
@@ -165,7 +159,7 @@ class OnlineIdentifier {
     begin_anew();
     regime_ = Regime::contact;
     deepest_ = event.depth;
-    tissue_.touch(event.depth, settings_.spacing);
+    tissue_.touch(event.depth, settings_.spacing, watch_.noise());
   }
   void leave() noexcept {
     settle(1e9);
@@ -183,24 +177,31 @@ class OnlineIdentifier {
     rupture_probability_ = event.probability;
     regime_ = Regime::rupture;
     rupture_depth_ = event.depth;
-    const double last = tissue_.bank.last().force;
-    rupture_force_ = last != 0.0 ? last : force_ + event.size;  // before any reading: from where it fell
+    rupture_force_ = force_ + event.size;
+    fall_ = event.size;
   }
   void end_rupture(double depth) noexcept {
     if (regime_ != Regime::rupture) return;
     regime_ = Regime::sliding;
+    if (!tissue_.pierce(puncture(), depth, {depth_, force_})) return change();
+    interrupt();
+  }
+  LayerLearnt puncture() const noexcept {
     LayerLearnt puncture;
     puncture.puncture_depth = rupture_depth_;
     puncture.puncture_force = rupture_force_;
     puncture.probability = rupture_probability_;
     puncture.remaining = rupture_force_ > 0.0 ? std::clamp(force_ / rupture_force_, 0.0, 1.0) : 0.0;
-    if (!tissue_.pierce(puncture, depth, depth_, settings_.spacing)) return change();
-    interrupt();
+    return puncture;
   }
   /// Outwards, or inwards again.
   void turn(double depth) noexcept {
     settle(1e9);
+    if (regime_ == Regime::rupture && rupture_probability_ > 0.5) end_rupture(depth);
+    if (regime_ == Regime::rupture) regime_ = whole_;  // the force fell because the needle turned
     tissue_.law.outwards = depth_ < depth;
+    tissue_.go_in();
+    turned_at_ = depth;
     withdraws_ = false;
     lowest_ = 1e9;
     interrupt();
@@ -208,7 +209,7 @@ class OnlineIdentifier {
   /// The tissue is another one: what was learnt of this layer is forgotten.
   void change() noexcept {
     ++changes_;
-    tissue_.expect_anew(depth_, settings_.spacing);
+    tissue_.expect_anew({depth_, force_});
     surprise_ = {};
   }
 
@@ -234,9 +235,10 @@ class OnlineIdentifier {
     collect(force, depth);
     settle_older(time_ - watch_.settings().within);
   }
-  /// A fall that came back was none; one that stays without having been confirmed is one after a millimetre.
+  /// A fall that comes back, beyond what noise makes of it, was none; one that stays without having been
+  /// confirmed is one after a millimetre.
   void watch_rupture() noexcept {
-    if (force_ > 0.95 * rupture_force_)
+    if (force_ > rupture_force_ - 0.25 * fall_ + 2.0 * watch_.noise())
       regime_ = whole_;
     else if (depth_ - rupture_depth_ > 1e-3)
       end_rupture(depth_);
@@ -257,8 +259,13 @@ class OnlineIdentifier {
       lowest_ = force_;
       lowest_depth_ = depth_;
     }
-    withdraws_ = withdraws_ || (force_ < 0.0 && lowest_depth_ - depth_ > 5e-4);
-    return withdraws_ && depth_ > tissue_.law.tops[0];
+    if (!withdraws_ && force_ < 0.0 && lowest_depth_ - depth_ > 5e-4) {
+      withdraws_ = true;
+      tissue_.withdraw();
+    }
+    if (!withdraws_) return false;
+    tissue_.go_out(depth_);
+    return depth_ > tissue_.law.tops[0] && !tissue_.law.between_layers(depth_);
   }
   void interrupt() noexcept {
     lately_.restart();
@@ -277,6 +284,9 @@ class OnlineIdentifier {
     result.depth = depth;
     result.force = force;
     result.size = std::hypot(watch_.noise(), settings_.roughness * force);
+    // what a hold has relaxed comes back on the way
+    if (tissue_.law.outwards)
+      result.size = std::hypot(result.size, 0.2 * force * std::exp(-(turned_at_ - depth) / 1e-3));
     result.by = tissue_.law.by_parameters(tissue_.prior, depth);
     return result;
   }
@@ -284,7 +294,7 @@ class OnlineIdentifier {
   // ---- what was read becomes known once no event can date from before it
 
   void settle_first() noexcept {
-    const Innovation found = tissue_.bank.learn(readings_.first(), settings_.memory);
+    const Innovation found = tissue_.learn(readings_.first(), settings_.memory);
     readings_.drop_first();
     surprise_.add(found.squared);
     // a friction that is another outwards contradicts the law, but is no other tissue
@@ -299,11 +309,9 @@ class OnlineIdentifier {
     while (readings_.any() && readings_.first().depth <= to) settle_first();
     readings_.forget();
   }
-  // ---- what is known
-
   NextPuncture next_puncture() const noexcept {
     NextPuncture next;
-    next.since = tissue_.law.intact_from;
+    next.since = tissue_.law.contact_since();
     next.none = tissue_.prior.layers > 0 && tissue_.law.pierced >= tissue_.prior.layers;
     if (tissue_.law.pierced >= most_layers) return next;
     const Expected& puncture = tissue_.prior.layer[tissue_.law.pierced].puncture;
@@ -317,7 +325,7 @@ class OnlineIdentifier {
   ExpectedForce expected(const NextPuncture& next) const noexcept {
     const Moment now{depth_,         force_,        readings_.mean_force(force_),
                      watch_.noise(), follows_law(), regime_ == Regime::free};
-    return {tissue_.prior, settings_, tissue_.law, tissue_.bank, lately_, next, now};
+    return {tissue_.prior, settings_, tissue_.law, tissue_.bank, lately_, next, now, tissue_.next_contact()};
   }
 
   // ---- likeness to earlier insertions
@@ -347,8 +355,6 @@ class OnlineIdentifier {
     check_.foresee(depth, expected(next_puncture()).at(depth), by_likeness(depth), like);
   }
 
-  // ---- a state from outside
-
   std::uint64_t made_with() const noexcept {
     return fingerprint(tissue_.prior, tissue_.law.contact(), settings_, watch_.settings());
   }
@@ -356,8 +362,7 @@ class OnlineIdentifier {
   OnlineIdentifier with_own_prior(const Saved& bytes) const noexcept {
     OnlineIdentifier made = bytes.state();
     made.settings_ = settings_;
-    made.tissue_.prior = tissue_.prior;
-    made.tissue_.law.take_contact(tissue_.law);
+    made.tissue_.take_prior(tissue_);
     return made;
   }
   void look_at(StateCheck& check) const noexcept {
@@ -367,12 +372,11 @@ class OnlineIdentifier {
     check_.check(check);
     lately_.check(check);
     surprise_.check(check);
-    check.word("regime", regime_, Regime::rest);
-    check.word("regime", whole_, Regime::rest);
+    for (const Regime each : {regime_, whole_}) check.word("regime", each, Regime::rest);
     for (const bool* flag : {&started_, &withdraws_, &resting_}) check.flag("flags", *flag);
     check.numbers("numbers",
                   std::array{depth_, force_, time_, speed_, deepest_, rest_depth_, rupture_depth_,
-                             rupture_force_, rupture_probability_, lowest_, lowest_depth_},
+                             rupture_force_, rupture_probability_, lowest_, lowest_depth_, fall_, turned_at_},
                   1e15);
   }
 
@@ -387,8 +391,8 @@ class OnlineIdentifier {
   std::size_t changes_ = 0;
   bool started_ = false, withdraws_ = false, resting_ = false;
   double depth_ = 0.0, force_ = 0.0, time_ = 0.0, speed_ = 0.0, deepest_ = -1e9, rest_depth_ = 0.0;
-  double rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0, lowest_ = 1e9,
-         lowest_depth_ = 0.0;
+  double rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0, fall_ = 0.0,
+         turned_at_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
 };
 
 }  // namespace needleforce::online
