@@ -67,7 +67,7 @@ class OnlineIdentifier {
   const char* restore_fault(const Saved& bytes) const noexcept {
     if (const char* foreign = foreign_part(bytes, made_with())) return foreign;
     StateCheck check;
-    with_own_prior(bytes).look_at(check);
+    with_own_prior(bytes).look_at(check, events::EventDetector(watch_.settings()));
     return check.fault();
   }
 
@@ -365,8 +365,8 @@ class OnlineIdentifier {
     made.tissue_.take_prior(tissue_);
     return made;
   }
-  void look_at(StateCheck& check) const noexcept {
-    watch_.look_at(check, events::EventDetector(watch_.settings()));
+  void look_at(StateCheck& check, const events::EventDetector& fresh) const noexcept {
+    watch_.look_at(check, fresh);
     tissue_.check(check);
     readings_.check(check);
     check_.check(check);
