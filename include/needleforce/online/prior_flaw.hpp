@@ -42,7 +42,8 @@ inline tips::Flaw flaw_of(const OnlinePrior& prior) noexcept {
         return {each.name, layer, sd, "no standard deviation of it", "Give one above 0, or 0 if unknown."};
     }
   const EarlierInsertions& earlier = prior.earlier;
-  if (earlier.spacing != 0.0 && !(earlier.spacing >= 1e-9 && earlier.spacing <= 1.0))
+  if (earlier.spacing == 0.0) return {};
+  if (!(earlier.spacing >= 1e-9 && earlier.spacing <= 1.0))
     return {"spacing", -1, earlier.spacing, "outside 1e-9 to 1 m", "Give 0 without earlier insertions."};
   for (std::size_t i = 0; i < EarlierInsertions::points; ++i) {
     const int place = static_cast<int>(i);

@@ -193,7 +193,7 @@ class TissueLearnt {
     const double depth = bank.last().depth, h = depth - law.contact_from(prior);
     const Slots late = secant(depth - (law.pierced == 0 ? law.tops[0] : law.late_from));
     Learnt found = bank.learnt(secant(h), late, modulus_prior(k));
-    if (law.pierced > 0 || !(h > 0.0)) return found;
+    if (law.pierced > 0 || !(h > 0.0) || !(law.contact().force(h) > 0.0)) return found;
     return from_surface(found, h);
   }
   /// The same from the surface, which is above the depth at which the force left its noise.
@@ -212,8 +212,9 @@ class TissueLearnt {
   /// shown.
   Learnt surface_by(const Learnt& modulus, double depth) const noexcept {
     const double h = depth - law.tops[0], stiff = std::max(std::abs(modulus.value), 1e-9);
-    if (!(h > 0.0)) return surface_;
-    const double unit = law.contact().force(h), above = bank.learnt(slot::power, {}).value / stiff;
+    const double unit = h > 0.0 ? law.contact().force(h) : 0.0;
+    if (!(unit > 0.0)) return surface_;  // none, or lost in rounding
+    const double above = bank.learnt(slot::power, {}).value / stiff;
     const double power = std::clamp(h * law.contact().slope(h) / unit + above, 0.8, 3.0);
     const double unseen = h * std::min(std::pow(2.0 * noise_ / (stiff * unit), 1.0 / power), 1.0);
     return {law.tops[0] - 0.9 * unseen, std::max(0.6 * unseen, surface_.sd), 0.0};
