@@ -109,7 +109,7 @@ class ExpectedForce {
   /// known to 0.4 after a millimetre, and better with the root of what was seen.
   double error_of_law(const TissueEstimate& each, double depth) const noexcept {
     // recordings of the tissue were of this law, unless they are doubted
-    const bool known = prior_.same_tissue && each.doubt < 2.0 &&
+    const bool known = prior_.same_tissue && each.doubt < 2.0 && law_.top_known(prior_) &&
                        prior_.layer[std::min(law_.pierced, most_layers - 1)].modulus.known();
     if (law_.outwards || known) return 0.0;
     const double seen = std::max(now_.depth - law_.contact_since(), settings_.spacing);

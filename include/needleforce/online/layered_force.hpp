@@ -65,6 +65,10 @@ class LayeredForce {
     return pierced < most_layers &&
            (prior.layers == 0 || pierced < prior.layers || prior.layer[pierced].modulus.known());
   }
+  /// Whether it is known where the intact layer begins.
+  bool top_known(const OnlinePrior& prior) const noexcept {
+    return pierced == 0 || prior.layer[std::min(pierced, most_layers - 1)].top.known();
+  }
   /// Where the contact of the intact layer begins [m].
   double contact_from(const OnlinePrior& prior) const noexcept {
     if (pierced == 0) return tops[0];

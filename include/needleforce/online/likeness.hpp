@@ -42,7 +42,7 @@ class Likeness {
 template <class Forces>
 class LawOrLikeness {
  public:
-  static constexpr double compared_over = 1e-3;  // [m]
+  static constexpr double compared_over = 2e-3;  // [m]
 
   /// Probability that this insertion is like the earlier ones.
   double likely() const noexcept { return 1.0 / (1.0 + std::exp(-weight_)); }

@@ -219,7 +219,8 @@ class OnlineIdentifier {
     if (status() == events::StreamStatus::gap) interrupt();
     if (std::abs(depth - depth_) > leap + fastest * dt && started_) begin_anew();
     if (dt > 0.0 && started_)
-      speed_ += std::min(1.0, dt / watch_.settings().within) * ((depth - depth_) / dt - speed_);
+      speed_ +=
+          std::min(1.0, dt / watch_.settings().within) * ((depth - depth_) / std::max(dt, 1e-9) - speed_);
     started_ = true;
     depth_ = depth;
     force_ = force;

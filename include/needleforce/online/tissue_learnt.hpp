@@ -188,22 +188,23 @@ class TissueLearnt {
     for (const LayerPrior& each : prior.layer) known = known || each.modulus.known() || each.friction.known();
     return known;
   }
-  /// The modulus by which the contact has its force now, whatever its power.
+  /// False above the contact, and so little below it that its force is lost in rounding.
+  bool touches(double h) const noexcept { return h > 0.0 && law.contact().force(h) > 0.0; }
+  /// The modulus by which the contact has its force now, whatever its power and its shift.
   Learnt modulus(std::size_t k) const noexcept {
     const double depth = bank.last().depth, h = depth - law.contact_from(prior);
-    const Slots late = secant(depth - (law.pierced == 0 ? law.tops[0] : law.late_from));
-    Learnt found = bank.learnt(secant(h), late, modulus_prior(k));
-    if (law.pierced > 0 || !(h > 0.0) || !(law.contact().force(h) > 0.0)) return found;
-    return from_surface(found, h);
+    if (law.pierced == 0 && touches(h)) return from_surface(h);
+    return bank.learnt(secant(h), secant(depth - law.late_from), modulus_prior(k));
   }
   /// The same from the surface, which is above the depth at which the force left its noise.
-  Learnt from_surface(Learnt found, double h) const noexcept {
-    const Learnt surface = surface_by(found, law.tops[0] + h);
-    const double unit = law.contact().force(h), from = h + law.tops[0] - surface.value;
-    Slots whole = secant(h);
-    whole[slot::shift] = law.contact().slope(h) / unit;
-    found = bank.learnt(whole, whole, modulus_prior(0));
-    const double share = unit / law.contact().force(from);
+  Learnt from_surface(double h) const noexcept {
+    const Slots by = secant(h);
+    Slots unshifted = by;
+    unshifted[slot::shift] = 0.0;
+    const Learnt surface = surface_by(bank.learnt(unshifted, unshifted, {}), law.tops[0] + h);
+    Learnt found = bank.learnt(by, by, modulus_prior(0));
+    const double from = h + law.tops[0] - surface.value;
+    const double share = law.contact().force(h) / law.contact().force(from);
     found.value *= share;
     found.sd = std::hypot(share * found.sd, 2.0 * surface.sd / from * found.value);
     return found;
@@ -212,17 +213,21 @@ class TissueLearnt {
   /// shown.
   Learnt surface_by(const Learnt& modulus, double depth) const noexcept {
     const double h = depth - law.tops[0], stiff = std::max(std::abs(modulus.value), 1e-9);
-    const double unit = h > 0.0 ? law.contact().force(h) : 0.0;
-    if (!(unit > 0.0)) return surface_;  // none, or lost in rounding
-    const double above = bank.learnt(slot::power, {}).value / stiff;
-    const double power = std::clamp(h * law.contact().slope(h) / unit + above, 0.8, 3.0);
-    const double unseen = h * std::min(std::pow(2.0 * noise_ / (stiff * unit), 1.0 / power), 1.0);
-    return {law.tops[0] - 0.9 * unseen, std::max(0.6 * unseen, surface_.sd), 0.0};
+    if (!touches(h)) return surface_;
+    const double unit = law.contact().force(h), by_law = h * law.contact().slope(h) / unit;
+    const double power = std::clamp(by_law + bank.learnt(slot::power, {}).value / stiff, 0.8, 3.0);
+    const double unseen = 0.9 * h * std::min(std::pow(2.0 * noise_ / (stiff * unit), 1.0 / power), 1.0);
+    // or the contact has the power of its law, and began higher
+    const double higher = std::max(h * (by_law / power - 1.0) - unseen, 0.0);
+    return {law.tops[0] - unseen, std::max(std::hypot(0.65 * unseen, 0.55 * higher), surface_.sd), 0.0};
   }
-  static Slots secant(double h) noexcept {
+  /// Force of the contact over that of its law with a modulus of 1; none before it begins.
+  Slots secant(double h) const noexcept {
     Slots by{};
+    if (!touches(h)) return by;
     by[slot::modulus] = 1.0;
-    if (h > 0.0) by[slot::power] = std::log(h / LayeredForce::unit_depth);
+    by[slot::power] = std::log(h / LayeredForce::unit_depth);
+    by[slot::shift] = law.contact().slope(h) / law.contact().force(h);
     return by;
   }
   /// After half a millimetre the modulus is known well enough for what is expected of the power of the depth,
@@ -257,7 +262,9 @@ class TissueLearnt {
     return {0.0, 3.0 * std::abs(above.value) + 1e3};
   }
   void expect_contact() noexcept {
-    const Expected modulus = modulus_prior(law.pierced);
+    Expected modulus = modulus_prior(law.pierced);
+    // by another depth of the surface it is another one
+    if (!law.top_known(prior)) modulus.sd = std::hypot(modulus.sd, modulus.mean);
     const double size = std::max(std::abs(modulus.mean), modulus.sd);
     bank.expect(slot::power, {0.0, power_sd * size});
     bank.expect(slot::modulus, modulus);
