@@ -7,8 +7,10 @@
 
 #include "module.hpp"
 #include "needleforce/online/online_identifier.hpp"
+#include "needleforce/online/prior_flaw.hpp"
 #include "one_thread.hpp"
 #include "parameters.hpp"
+#include "saved_bytes.hpp"
 
 namespace needleforce::python {
 
@@ -50,6 +52,14 @@ OnlinePrior prior_from(const std::vector<std::vector<Pair>>& layers, std::size_t
   for (std::size_t i = 0; i < std::min(layers.size(), online::most_layers); ++i)
     prior.layer[i] = layer_from(layers[i]);
   return prior;
+}
+
+void check_prior(const OnlinePrior& prior) {
+  const tips::Flaw flaw = flaw_of(prior);
+  if (!flaw.limit) return;
+  std::string quantity = std::string("prior.") + flaw.quantity;
+  if (flaw.index >= 0) quantity.append("[").append(std::to_string(flaw.index)).append("]");
+  raise_input(quantity, nb::float_(flaw.value), flaw.limit, flaw.next_step);
 }
 
 Triple row(const Learnt& value) { return {value.value, value.sd, value.before}; }
@@ -99,8 +109,9 @@ void bind_online(nb::module_& module) {
           [](OnlineIdentifier* self, const std::vector<std::vector<Pair>>& layers, std::size_t count,
              bool same_tissue, double radius, const Tip& tip, const std::vector<Pair>& earlier,
              double spacing, const OnlineSettings& settings, const events::EventSettings& watched) {
-            new (self) OnlineIdentifier(prior_from(layers, count, same_tissue, radius, tip, earlier, spacing),
-                                        settings, watched);
+            const OnlinePrior prior = prior_from(layers, count, same_tissue, radius, tip, earlier, spacing);
+            check_prior(prior);
+            new (self) OnlineIdentifier(prior, settings, watched);
           },
           nb::arg("layers"), nb::arg("count"), nb::arg("same_tissue"), nb::arg("radius"), nb::arg("tip"),
           nb::arg("earlier"), nb::arg("spacing"), nb::arg("settings"), nb::arg("watched"))
@@ -115,6 +126,14 @@ void bind_online(nb::module_& module) {
           "One sample: force [N], depth [m], time since the one before [s].")
       .def("reset", &OnlineIdentifier::reset)
       .def("copy", &OnlineIdentifier::snapshot, "Another one that has seen the same.")
+      .def("save", &saved_bytes<OnlineIdentifier>, "What it has seen, as bytes that any process may keep.")
+      .def(
+          "restore",
+          [](OnlineIdentifier& self, const nb::bytes& bytes) {
+            restore_bytes(self, bytes, "not of this version, this prior and these settings, or altered",
+                          "Give what save() of an identifier with the same prior and settings gave.");
+          },
+          nb::arg("snapshot"), "What another one has seen, from bytes of save().")
       .def("layer", &layer_of, nb::arg("k"), "What is known of a layer, 0 the first.")
       .def("ahead", &ahead_of, nb::arg("travel"), "The force over the next travel [m].")
       .def_prop_ro("status",

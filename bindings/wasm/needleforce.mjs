@@ -16,10 +16,11 @@
  *
  * `CondensedInsertion` is the same in a solid that was condensed onto the path. `FlexibleInsertion` has a needle that
  * bends, in layers or in a solid: the motion of its base in, tip, shape and forces out. `EventDetector` finds contact,
- * punctures, stops and exit in a stream of force, depth and time.
+ * punctures, stops and exit in a stream of force, depth and time; `OnlineIdentifier` learns the tissue between them.
  */
 
-import { Core, SampleAt, giveNumbers, makeInsertion, makeSolid, refuse } from "./pieces.mjs";
+import { onlineIdentifierOf } from "./online.mjs";
+import { Core, EventAt, SampleAt, giveNumbers, makeInsertion, makeSolid, refuse } from "./pieces.mjs";
 
 const NO_VELOCITY = Number.MAX_VALUE;
 
@@ -34,7 +35,7 @@ async function bytesOf(source) {
 
 /**
  * Compiles the core, once. `source`: the place of needleforce.wasm, or its bytes; the default is this file's folder.
- * Gives `{ Insertion, CondensedInsertion, FlexibleInsertion, EventDetector, version }`.
+ * Gives `{ Insertion, CondensedInsertion, FlexibleInsertion, EventDetector, OnlineIdentifier, version }`.
  */
 export async function load(source = new URL("needleforce.wasm", import.meta.url)) {
   const module = await WebAssembly.compile(await bytesOf(source));
@@ -43,6 +44,7 @@ export async function load(source = new URL("needleforce.wasm", import.meta.url)
     CondensedInsertion: condensedInsertionOf(module),
     FlexibleInsertion: flexibleInsertionOf(module),
     EventDetector: eventDetectorOf(module),
+    OnlineIdentifier: onlineIdentifierOf(module),
     version: new Core(module).text("version"),
   };
 }
@@ -230,8 +232,7 @@ function eventDetectorOf(module) {
   /** Events found while a needle moves, as `nf_events` in needleforce_events.h. */
   return class EventDetector {
     #core;
-    #numbers;
-    #kinds;
+    #event;
     #statuses;
 
     /** `settings` by name: `{ fall, share, within, false_alarms, ... }`. Throws a RangeError with what was refused. */
@@ -243,8 +244,7 @@ function eventDetectorOf(module) {
         const { quantity, value, reason } = core.fault();
         refuse(quantity, value, reason);
       }
-      this.#numbers = core.numbers(core.calls.event_at(), 5);
-      this.#kinds = core.words("event_name", 7);
+      this.#event = new EventAt(core, core.calls.event_at());
       this.#statuses = core.words("stream_status_name", 7);
     }
 
@@ -253,10 +253,7 @@ function eventDetectorOf(module) {
      * probability, delay }` of an event. Never throws.
      */
     step(force, depth, dt) {
-      const kind = this.#core.calls.events_step(force, depth, dt);
-      if (kind === 0) return null;
-      const [time, at, size, probability, delay] = this.#numbers;
-      return { kind: this.#kinds[kind], time, depth: at, size, probability, delay };
+      return this.#event.read(this.#core.calls.events_step(force, depth, dt));
     }
     /** What the last sample was worth. */
     get status() {

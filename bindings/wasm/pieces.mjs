@@ -81,6 +81,22 @@ export class SampleAt {
   }
 }
 
+/** An event in the core's memory. */
+export class EventAt {
+  #numbers;
+  #kinds;
+  constructor(core, at) {
+    this.#kinds = core.words("event_name", 7);
+    this.#numbers = core.numbers(at, 5);
+  }
+  /** Of this kind, or null for none. */
+  read(kind) {
+    if (kind === 0) return null;
+    const [time, depth, size, probability, delay] = this.#numbers;
+    return { kind: this.#kinds[kind], time, depth, size, probability, delay };
+  }
+}
+
 export function refuse(what, value, why) {
   throw new RangeError(`${what} (${value}) ${why}`);
 }
@@ -92,7 +108,8 @@ export function giveNumbers(core, numbers, where) {
   }
 }
 
-function giveTip(core, { name, equivalence, radii = [], heights = [], ...numbers }) {
+/** The tip of the layer added last. */
+export function giveTip(core, { name, equivalence, radii = [], heights = [], ...numbers }) {
   core.calls.choose_tip(core.put(name), core.put(equivalence));
   if (radii.length !== heights.length) refuse("heights", heights.length, `are not as many as radii, ${radii.length}`);
   radii.forEach((radius, k) => core.calls.add_knot(radius, heights[k]) || refuse("radii", radii.length, "are too many"));

@@ -2,12 +2,14 @@
 // What a controller calls in its loop; the undefined symbols are checked against an allow-list.
 #include "needleforce/bending/flexible_insertion.hpp"
 #include "needleforce/events/event_detector.hpp"
+#include "needleforce/online/online_identifier.hpp"
 #include "needleforce/solid/condensed_insertion.hpp"
 
 using needleforce::Insertion;
 using needleforce::bending::Base;
 using needleforce::bending::SpatialInsertion;
 using needleforce::events::EventDetector;
+using needleforce::online::OnlineIdentifier;
 using needleforce::solid::CondensedInsertion;
 
 extern "C" {
@@ -32,6 +34,13 @@ double needleforce_solid(CondensedInsertion* insertion, double depth, double vel
 
 double needleforce_watch(EventDetector* watch, double force, double depth, double dt) {
   return watch->step(force, depth, dt).probability;
+}
+
+double needleforce_learn(OnlineIdentifier* online, double force, double depth, double dt) {
+  return online->step(force, depth, dt).probability + online->layer(0).modulus.value;
+}
+double needleforce_ahead(const OnlineIdentifier* online, double travel) {
+  return online->ahead(travel).at[10].high;
 }
 
 }  // extern "C"

@@ -5,10 +5,11 @@
 # exact exponentials (exp, expm1, pow), stick-slip asks when its crack will stop (log), a passive spring how far a stored
 # energy stretches it, and a tabulated contact is a polynomial of the root of the depth (sqrt, called for errno alone,
 # never with a negative number); the energy of a nonlinear foundation is made of logarithms and hyperbolic functions
-# (log1p, tanh, atanh, sinh); a bevel has a direction, a beam-column waves (sin, cos, cosh). DEFINED must stand in the object, lest an empty one pass.
+# (log1p, tanh, atanh, sinh); a bevel has a direction, a beam-column waves (sin, cos, cosh); noise and texture of
+# a tissue add by their squares (hypot). DEFINED must stand in the object, lest an empty one pass.
 set -eu
 object=$1 defined=${2:-needleforce_one_step}
-allowed='memcpy|memset|memmove|exp|expm1|log|log1p|pow|sqrt|tanh|atanh|sinh|cosh|sin|cos|sincos|_GLOBAL_OFFSET_TABLE_'
+allowed='memcpy|memset|memmove|exp|expm1|log|log1p|pow|sqrt|tanh|atanh|sinh|cosh|sin|cos|sincos|hypot|_GLOBAL_OFFSET_TABLE_'
 for symbol in "${@:3}"; do allowed+="|$symbol"; done
 undefined=$(nm --undefined-only --format=posix "$object" | awk '{print $1}')
 forbidden=$(printf '%s\n' "$undefined" | grep -vxE "$allowed" | sed '/^$/d' || true)

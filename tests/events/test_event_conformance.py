@@ -1,14 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """The same streams in C++, C, Python and WebAssembly, in Node and in a browser, have the same events."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
-from browser import CHROMIUM, WITHOUT
+from stream_faces import FACES, StreamFaces
 
-FACES = ("c++", "c", "python", "wasm", "browser")
 NUMBERS = 7  # time, depth, size, probability, delay, noise, needed fall; then kind and status
 # C, C++ and Python have the same mathematics library. That of WebAssembly differs in last bits, which may turn the sign
 # of one innovation out of thousands, and with it the correlation: that is part of a probability, not of time or depth
@@ -57,53 +53,11 @@ def streams() -> dict:
     return {"slow": slow, "fast": insertion(1000.0), "kept": kept, **changes}
 
 
-def compiled(root, folder, face: str):
-    where, source = f"-I{root / 'include'}", root / "tests" / "conformance"
-    if face == "c++":
-        subprocess.run(["g++", "-std=c++20", "-O1", where, source / "watch.cpp", "-o", folder / "cpp"], check=True)
-        return [folder / "cpp"]
-    as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", where, "-c"]
-    library = root / "bindings" / "c" / "needleforce_events.cpp"
-    subprocess.run(["g++", *as_c_needs_it, library, "-o", folder / "events.o"], check=True)
-    strict = ["gcc", "-std=c11", "-Wall", "-Werror"]
-    subprocess.run([*strict, source / "watch.c", folder / "events.o", "-lm", "-o", folder / "c"], check=True)
-    return [folder / "c"]
-
-
 @pytest.fixture(scope="module")
 def found(root, tmp_path_factory, request):
-    """By stream, the rows of a face: numbers (n, 7), and words."""
-    folder, outputs, source = tmp_path_factory.mktemp("streams"), {}, root / "tests" / "conformance"
-    paths = [folder / f"{name}.txt" for name in streams()]
-    for path, lines in zip(paths, streams().values(), strict=True):
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-    def command(face: str) -> list:
-        if face in ("c++", "c"):
-            return compiled(root, folder, face)
-        if face == "python":
-            return [sys.executable, source / "watch.py"]
-        wasm = request.getfixturevalue("wasm")
-        if face == "wasm":
-            return ["node", source / "watch.mjs", wasm / "needleforce.mjs"]
-        if CHROMIUM is None:
-            pytest.skip(WITHOUT)
-        return [sys.executable, source / "in_browser.py", "watch.mjs", wasm]
-
-    def of(face: str) -> dict:
-        if face not in outputs:
-            text = subprocess.run([*command(face), *paths], capture_output=True, text=True, check=True).stdout
-            outputs[face] = dict(zip(streams(), map(rows_of, text.split("case ")[1:]), strict=True))
-        return outputs[face]
-
-    return of
-
-
-def rows_of(text: str):
-    rows = [line.split() for line in text.splitlines()[1:]]
-    samples = [row for row in rows if len(row) > NUMBERS]
-    numbers = np.array([row[:NUMBERS] for row in samples], float)
-    return numbers, [row[NUMBERS:] for row in samples], [row for row in rows if len(row) == 1]
+    """By face and stream: numbers (n, 7), words, and what was taken back."""
+    faces = StreamFaces(root, tmp_path_factory.mktemp("streams"), "watch", ["events"], request)
+    return faces.of(streams(), NUMBERS)
 
 
 @pytest.mark.parametrize("face", FACES[1:])

@@ -68,14 +68,15 @@ def test_the_pages_of_the_start_lead_from_a_file_to_a_loop(root, tmp_path):
 
 
 EVENTS_AROUND = """
-static void stop(void) {}
+static inline void stop(void) {}
 void loop(double force, double depth, double dt);
 void loop(double force, double depth, double dt) { nf_fault why; %s }
 """
 
 
-def test_the_c_program_that_finds_events_compiles(root):
-    (shown,) = blocks(root / "docs" / "howto" / "online_events.md", "c")
+@pytest.mark.parametrize("page", ["online_events", "online_identification"])
+def test_the_c_program_that_finds_events_or_learns_compiles(root, page):
+    (shown,) = blocks(root / "docs" / "howto" / f"{page}.md", "c")
     header, body = shown.split("\n\n", 1)
     command = ["gcc", "-std=c11", "-fsyntax-only", "-Wall", "-Werror", f"-I{root / 'bindings' / 'c'}", "-x", "c", "-"]
     said(command, input=header + EVENTS_AROUND % body)

@@ -18,7 +18,7 @@ COMPILERS = {
 USED = (
     *("tests/cpp/step_object.cpp", "examples/guard.cpp"),
     *("bindings/c/needleforce.cpp", "bindings/c/needleforce_guard.cpp"),
-    "bindings/c/needleforce_events.cpp",
+    *("bindings/c/needleforce_events.cpp", "bindings/c/needleforce_online.cpp"),
 )
 
 
@@ -39,7 +39,7 @@ def test_every_header_of_the_core_compiles_under_strict_warnings(compiler, root,
 
 @pytest.mark.parametrize("compiler", present("c"))
 def test_the_c_headers_compile_under_strict_warnings(compiler, root, tmp_path):
-    included = '#include "needleforce_guard.h"\n#include "needleforce_events.h"\n'
+    included = '#include "needleforce_guard.h"\n#include "needleforce_online.h"\n'
     text = included + "int main(void) { return nf_default_settings().max_speed < 0.0; }\n"
     (tmp_path / "main.c").write_text(text, encoding="utf-8")
     where = f"-I{root / 'bindings' / 'c'}"

@@ -5,6 +5,7 @@
 #include "../../bindings/c/needleforce_bend.cpp"
 #include "../../bindings/c/needleforce_events.cpp"
 #include "../../bindings/c/needleforce_guard.cpp"
+#include "../../bindings/c/needleforce_online.cpp"
 #include "../../bindings/c/needleforce_solid.cpp"
 #include "needleforce/base_guard.hpp"
 #include "needleforce/bending/flexible_insertion.hpp"
@@ -153,7 +154,23 @@ double bend(Needle& needle) noexcept [[clang::nonblocking]] {
   const auto copy = online.snapshot();
   online.step(0.0, 0.0, 1e-3);
   if (online.changes() > 1000) online.reset();
+  if (!online.restore(online.save())) return 0.0;
   return copy.ahead(1e-3).puncture_probability + online.layer(0).modulus.value + online.surface().value;
+}
+
+[[maybe_unused]] double c_online(nf_online* online, nf_event* event, void* bytes, size_t size) noexcept
+    [[clang::nonblocking]] {
+  nf_layer_learnt layer;
+  nf_learnt surface;
+  nf_ahead ahead;
+  nf_online_step(online, 0.0, 0.0, 1e-3, event);
+  if (nf_online_status(online) + nf_online_regime(online) == 0) nf_online_reset(online);
+  nf_online_layer(online, nf_online_pierced(online), &layer);
+  nf_online_surface(online, &surface);
+  nf_online_ahead(online, 1e-3, &ahead);
+  nf_online_snapshot(online, bytes, size);
+  nf_online_restore(online, bytes, size);
+  return nf_online_innovation(online) + layer.top + surface.value + ahead.earliest;
 }
 
 // what the loop calls while another thread replaces the model

@@ -4,6 +4,7 @@
 // from a snapshot on and through the C face. Planted bytes are refused, or lead to numbers that are finite.
 // The same bytes are then a stream for the event detector.
 #include "planted.hpp"
+#include "trial.hpp"
 #include "watch_trial.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # fuzz.sh SECONDS [SEED]: first a planted fault that the seeds alone must find, then the fuzzer from them on for half of the
-# time; at the same time needles that bend, models that are replaced while the loop runs, and condensed solids. What it found useful
+# time; at the same time needles that bend, models that are replaced while the loop runs, condensed solids, and what learns. What it found useful
 # stays in build/fuzz/corpus; an input that breaks a property is kept in build/fuzz.
 set -eu
 cd "$(dirname "$0")/../.."
@@ -17,7 +17,7 @@ plant() {
 seeds=$folder/seeds
 plant tests/proof/seeds.txt $seeds
 plant tests/proof/seeds_bend.txt ${seeds}_bend
-mkdir -p $folder/corpus $folder/corpus_live $folder/corpus_bend $folder/corpus_solid
+mkdir -p $folder/corpus $folder/corpus_live $folder/corpus_bend $folder/corpus_solid $folder/corpus_online
 planted=$folder/planted
 rm -rf $planted && mkdir -p $planted/tests $planted/bindings
 cp -r include $planted/ && cp -r tests/proof $planted/tests/ && cp -r bindings/c $planted/bindings/
@@ -33,19 +33,20 @@ plain="-O1 -fno-sanitize=all"
 objects=$folder/objects
 mkdir -p $objects
 # the C face as one unit: each of its files includes the engine
-printf "#include \"$PWD/bindings/c/needleforce%s.cpp\"\n" "" _bend _solid _events > $objects/face.cpp
+printf "#include \"$PWD/bindings/c/needleforce%s.cpp\"\n" "" _bend _solid _events _online > $objects/face.cpp
 xargs -P 2 -L 1 bash -c '$compiler ${*:3} -fsanitize=fuzzer-no-link "-I$1/include" -c "$1/$0.cpp" -o "$2/$(basename "$0").o"' << END
 tests/proof/fuzz_bend . $objects
 $objects/face . $objects
 tests/proof/fuzz . $objects
 tests/proof/fuzz_live . $objects
 tests/proof/fuzz_solid . $objects
+tests/proof/fuzz_online . $objects
 bindings/c/needleforce $planted $planted $plain
 tests/proof/fuzz $planted $planted $plain
 END
 link() { $compiler -fsanitize=fuzzer "$@"; }
 link $planted/fuzz.o $planted/needleforce.o -o $planted/fuzz
-for name in fuzz fuzz_live fuzz_bend fuzz_solid; do link $objects/$name.o $objects/face.o -o $folder/$name; done
+for name in fuzz fuzz_live fuzz_bend fuzz_solid fuzz_online; do link $objects/$name.o $objects/face.o -o $folder/$name; done
 if $planted/fuzz -artifact_prefix=$planted/ $seeds/* > $folder/planted.log 2>&1; then
   echo "a step that takes NaN was not seen from the seeds"
   exit 1
@@ -63,9 +64,10 @@ hunt() {
     /^Done/ {print "fuzz, " what ": " $2 " inputs in " $5 " s, " seen " of " total " edges, nothing found"}' $log
 }
 others() {
-  hunt fuzz_bend $(($1 * 3 / 10)) $folder/corpus_bend "needles that bend" ${seeds}_bend
+  hunt fuzz_bend $(($1 * 2 / 10)) $folder/corpus_bend "needles that bend" ${seeds}_bend
   hunt fuzz_live $(($1 / 10)) $folder/corpus_live "replaced models" $seeds
   hunt fuzz_solid $(($1 / 10)) $folder/corpus_solid "condensed solids" $seeds
+  hunt fuzz_online $(($1 / 10)) $folder/corpus_online "what learns" $seeds
 }
 echo "fuzz: a planted fault was seen"
 # side by side; an exit of either is one of this script

@@ -9,7 +9,7 @@
 #include <memory>
 #include <span>
 
-#include "trial.hpp"
+#include "bytes.hpp"
 
 namespace needleforce::proof {
 

@@ -16,9 +16,9 @@ compile() {
 check() { tests/cpp/undefined_symbols.sh "$folder/object.o" "$1" "${before_the_loop[@]}"; }
 
 # as one unit: each of the files includes the engine
-printf "#include \"$PWD/bindings/c/needleforce%s.cpp\"\n" "" _guard _bend _solid _events > "$folder/all.cpp"
+printf "#include \"$PWD/bindings/c/needleforce%s.cpp\"\n" "" _guard _bend _solid _events _online > "$folder/all.cpp"
 compile "$folder/all.cpp"
-for step in nf_step_v2 nf_guard_step_v2 nf_base_guard_step_v2 nf_bend_step_v2 nf_solid_step_v2 nf_events_step_v2; do check $step; done
+for step in nf_step_v2 nf_guard_step_v2 nf_base_guard_step_v2 nf_bend_step_v2 nf_solid_step_v2 nf_events_step_v2 nf_online_step_v2; do check $step; done
 planted() {
   printf 'extern "C" void nf_step() {}\n%s\n' "$1" > "$folder/planted.cpp"
   compile "$folder/planted.cpp"

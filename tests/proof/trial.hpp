@@ -15,12 +15,6 @@
 
 namespace needleforce::proof {
 
-inline void require(bool kept, const char* property) {
-  if (kept) return;
-  std::fprintf(stderr, "property broken: %s\n", property);
-  std::abort();
-}
-
 /// Every number of a sample of either face, and its words as numbers.
 auto numbers_of(const auto& s) {
   return std::array{s.depth,

@@ -343,6 +343,8 @@ class EventDetector {
     for (const auto& parameter : EventSettings::table) print.add(settings_.*parameter.member);
     return print.value();
   }
+
+ public:
   /// Looks at a detector from outside, next to one of the same settings.
   void look_at(StateCheck& check, const EventDetector& fresh) const noexcept {
     check.require("settings", settings_fingerprint() == fresh.settings_fingerprint());
@@ -369,6 +371,7 @@ class EventDetector {
     check.numbers("places", std::array{felt_, quiet_, low_at_, calm_at_});
   }
 
+ private:
   EventSettings settings_;
   NeedleCourse course_;
   PlaceTrail trail_;

@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "../events/running_noise.hpp"
+#include "../state_check.hpp"
 #include "online_prior.hpp"
 
 namespace needleforce::online {
@@ -73,6 +74,16 @@ class Mixture {
     }
     return 0.5 * (low + high);
   }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    check.require("mixture", count_ <= capacity);
+    for (const Part& each : parts_) {
+      check.number("mixture", each.weight, 0.0, 1e3);
+      check.number("mixture", each.mean, -1e60, 1e60);
+      check.number("mixture", each.sd, 0.0, 1e100);
+    }
+    for (std::size_t i = 0; i < std::min(count_, capacity); ++i) check.require("mixture", parts_[i].sd > 0.0);
+  }
 
  private:
   std::array<Part, capacity> parts_{};
@@ -133,6 +144,12 @@ class SlopeLately {
   }
   bool known() const noexcept { return spread_ > 1e-8; }  // a tenth of a millimetre, squared
   double value() const noexcept { return together_ / spread_; }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    check.require("slope", weight_ == 0.0 || (weight_ >= 1.0 && weight_ <= 1e15));
+    check.numbers("slope", std::array{last_, depth_, force_, together_}, 1e12);
+    check.number("slope", spread_, 0.0, 1e12);
+  }
 
  private:
   double weight_ = 0.0, last_ = 0.0, depth_ = 0.0, force_ = 0.0, spread_ = 0.0, together_ = 0.0;

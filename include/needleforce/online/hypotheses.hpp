@@ -34,6 +34,11 @@ class Surprise {
     const double root = 1.0 - spread + events::upper_quantile(probability) * std::sqrt(spread);
     return sum_ > count_ * root * root * root;
   }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    check.number("surprise", sum_, 0.0, largest_in_a_state);
+    check.number("surprise", count_, 0.0, 1.0001 * window);
+  }
 
  private:
   static constexpr double window = 10.0;
@@ -60,7 +65,7 @@ class Hypotheses {
       bank_[m] = {};
       bank_[m].correlation_length = correlation_lengths[m % lengths % 2];
       bank_[m].holds_over = held[m % lengths / 2];
-      bank_[m].late = m % lengths / 2 == 3;
+      bank_[m].late = begins_late(m);
       bank_[m].doubt = m < lengths ? 1.0 : 10.0;
       bank_[m].log_weight = m < lengths ? 0.0 : -2.0;
     }
@@ -151,12 +156,26 @@ class Hypotheses {
     for (std::size_t m = 0; m < count_; ++m) result.theta[m] = bank_[m].information.mean();
     return result;
   }
+  /// Looks at them from outside, of a tissue with a prior or without one.
+  void check(StateCheck& check, bool prior_known, std::size_t pierced) const noexcept {
+    const std::size_t size = slot::cutting + 2 * std::max<std::size_t>(pierced, 1);
+    check.require("hypotheses", count_ == (prior_known ? most : lengths));
+    if (check.fault()) return;
+    last_.check(check);
+    std::size_t late = 0;
+    for (std::size_t m = 0; m < count_ && !check.fault(); ++m) {
+      bank_[m].check(check, size);
+      check.require("hypotheses", bank_[m].late == begins_late(m));
+      if (pierced && begins_late(m)) kept_[late++].check(check, size);
+    }
+  }
 
  private:
   static constexpr std::array<double, 2> correlation_lengths{1e-4, 1e-3};
   static constexpr std::array<double, 4> held{1.5e-3, 6e-3, 1e9, 1e9};
   static constexpr double least_log_weight = -30.0;
 
+  static constexpr bool begins_late(std::size_t m) noexcept { return m % lengths / 2 == 3; }
   void normalise() noexcept {
     double largest = bank_[0].log_weight;
     for (std::size_t m = 1; m < count_; ++m) largest = std::max(largest, bank_[m].log_weight);

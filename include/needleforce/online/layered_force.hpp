@@ -8,6 +8,7 @@
 #include <cstddef>
 
 #include "../laws/tip_contact.hpp"
+#include "../state_check.hpp"
 #include "online_prior.hpp"
 #include "tissue_estimate.hpp"
 
@@ -32,6 +33,7 @@ class LayeredForce {
   static constexpr double unit_depth = 1e-3;
 
   const laws::TipContact::Prepared& contact() const noexcept { return contact_; }
+  void take_contact(const LayeredForce& other) noexcept { contact_ = other.contact_; }
   void begin() noexcept {
     tops = whole_from = {};
     pierced = 0;
@@ -101,6 +103,13 @@ class LayeredForce {
       bottom = std::min(bottom, tops[j]);
     }
     return by;
+  }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    check.require("layers", pierced <= most_layers);
+    check.flag("layers", outwards);
+    for (const auto* depths : {&tops, &whole_from, &whole_to}) check.numbers("layers", *depths, 1e9);
+    check.numbers("layers", std::array{intact_from, late_from}, 1e9);
   }
 
  private:

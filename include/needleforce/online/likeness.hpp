@@ -30,6 +30,8 @@ class Likeness {
     const double squared = wider_ * std::min(off * off / std::max(foreseen.variance, 1e-18), 25.0);
     wider_ = std::max(1.0, wider_ + 0.2 * (squared - wider_));
   }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept { check.number("likeness", wider_, 1.0, 1e15); }
 
  private:
   static constexpr double correlation_length = 3e-3;
@@ -64,6 +66,16 @@ class LawOrLikeness {
     by_law_ = by_law;
     like_ = like;
     by_likeness_ = by_likeness;
+  }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    likeness_.check(check);
+    check.number("likeness", weight_, -8.0, 8.0);
+    check.number("likeness", depth_, nowhere, 1e9);
+    check.number("likeness", like_.mean, -largest_in_a_state, largest_in_a_state);
+    check.number("likeness", like_.variance, 0.0, largest_in_a_state);
+    by_law_.check(check);
+    by_likeness_.check(check);
   }
 
  private:

@@ -8,20 +8,19 @@
 #include <cstddef>
 
 #include "../events/event_detector.hpp"
+#include "../state_bytes.hpp"
+#include "../state_check.hpp"
 #include "expected_force.hpp"
 #include "force_ahead.hpp"
 #include "likeness.hpp"
 #include "online_prior.hpp"
 #include "online_settings.hpp"
+#include "prior_fingerprint.hpp"
+#include "regime.hpp"
 #include "tissue_learnt.hpp"
 #include "waiting_readings.hpp"
 
 namespace needleforce::online {
-
-/// What the needle does, as far as a force is expected of it.
-enum class Regime { unknown, free, contact, rupture, sliding, reversing, withdrawal, rest };
-inline constexpr std::array<const char*, 8> regime_names{"unknown", "free",      "contact",    "rupture",
-                                                         "sliding", "reversing", "withdrawal", "rest"};
 
 /// One sample in; parameters with covariance, and the force ahead, out. Within a regime the force is linear
 /// in the parameters; events open and close regimes; a bank of hypotheses on texture and prior is weighted by
@@ -55,6 +54,23 @@ class OnlineIdentifier {
   }
   OnlineIdentifier snapshot() const noexcept { return *this; }
 
+  /// What it has seen, as bytes that may leave the process. Wait-free.
+  using Saved = StateBytes<OnlineIdentifier>;
+  Saved save() const noexcept { return state_bytes(*this, made_with()); }
+  /// Takes it back, or returns false and changes nothing, as an `EventDetector`. Wait-free.
+  bool restore(const Saved& bytes) noexcept {
+    if (restore_fault(bytes)) return false;
+    *this = with_own_prior(bytes);
+    return true;
+  }
+  /// Why `restore` refuses it, as the part that is at fault, or nullptr. Wait-free.
+  const char* restore_fault(const Saved& bytes) const noexcept {
+    if (const char* foreign = foreign_part(bytes, made_with())) return foreign;
+    StateCheck check;
+    with_own_prior(bytes).look_at(check, events::EventDetector(watch_.settings()));
+    return check.fault();
+  }
+
   events::StreamStatus status() const noexcept { return watch_.status(); }
   Regime regime() const noexcept {
     if (resting_) return Regime::rest;
@@ -83,8 +99,9 @@ class OnlineIdentifier {
     return tissue_.layer(k);
   }
 
-  /// The force over the next `travel` [m] in the direction of the last motion. Allocates nothing.
-  ForceAhead ahead(double travel) const noexcept {
+  /// The force over the next travel [m], 0 to 1, in the direction of the last motion. Allocates nothing.
+  ForceAhead ahead(double asked) const noexcept {
+    const double travel = asked > 0.0 ? std::min(asked, 1.0) : 0.0;
     ForceAhead result;
     const NextPuncture next = tissue_.next_puncture();
     const ExpectedForce expected = this->expected(next);
@@ -107,8 +124,6 @@ class OnlineIdentifier {
 
  private:
   static constexpr double leap = 5e-3, fastest = 1.0;  // as the detector has it
-
-  // ---- regimes
 
   void begin_anew() noexcept {
     regime_ = Regime::unknown;
@@ -202,7 +217,8 @@ class OnlineIdentifier {
     if (status() == events::StreamStatus::gap) interrupt();
     if (std::abs(depth - depth_) > leap + fastest * dt && started_) begin_anew();
     if (dt > 0.0 && started_)
-      speed_ += std::min(1.0, dt / watch_.settings().within) * ((depth - depth_) / dt - speed_);
+      speed_ +=
+          std::min(1.0, dt / watch_.settings().within) * ((depth - depth_) / std::max(dt, 1e-9) - speed_);
     started_ = true;
     depth_ = depth;
     force_ = force;
@@ -329,6 +345,31 @@ class OnlineIdentifier {
     Forces like;
     add_likeness(like, 1.0, depth);
     check_.foresee(depth, expected(tissue_.next_puncture()).at(depth), by_likeness(depth), like);
+  }
+
+  std::uint64_t made_with() const noexcept {
+    return fingerprint(tissue_.prior, tissue_.law.contact(), settings_, watch_.settings());
+  }
+  /// What this one was made with is never taken from outside.
+  OnlineIdentifier with_own_prior(const Saved& bytes) const noexcept {
+    OnlineIdentifier made = bytes.state();
+    made.settings_ = settings_;
+    made.tissue_.take_prior(tissue_);
+    return made;
+  }
+  void look_at(StateCheck& check, const events::EventDetector& fresh) const noexcept {
+    watch_.look_at(check, fresh);
+    tissue_.check(check);
+    readings_.check(check);
+    check_.check(check);
+    lately_.check(check);
+    surprise_.check(check);
+    for (const Regime each : {regime_, whole_}) check.word("regime", each, Regime::rest);
+    for (const bool* flag : {&started_, &withdraws_, &resting_}) check.flag("flags", *flag);
+    check.numbers("numbers",
+                  std::array{depth_, force_, time_, speed_, deepest_, rest_depth_, rupture_depth_,
+                             rupture_force_, rupture_probability_, lowest_, lowest_depth_, fall_, turned_at_},
+                  1e15);
   }
 
   OnlineSettings settings_;

@@ -17,7 +17,7 @@ struct OnlineSettings {
   static constexpr const char* name = "online";
   static constexpr const char* summary = "How parameters are learnt while a needle moves.";
   static constexpr std::array<Parameter<OnlineSettings>, 4> table{{
-      {&OnlineSettings::spacing, "spacing", "m", 0.0, 1e-2, 5e-5, "dz",
+      {&OnlineSettings::spacing, "spacing", "m", 1e-6, 1e-2, 5e-5, "dz",
        "travel over which readings are averaged to one", "free"},
       {&OnlineSettings::memory, "memory", "m", 1e-4, 1.0, 5e-3, "l_m",
        "travel over which the size of the texture is forgotten", "free"},

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstddef>
 
+#include "../state_check.hpp"
+
 namespace needleforce::online {
 
 /// What a row of measurement was worth: its residual in its own predicted standard deviations, that squared,
@@ -47,6 +49,7 @@ class SquareRoot {
   /// Forgets a share of what is known of the first `n` parameters, given the others.
   void forget_share(std::size_t n, double kept) noexcept {
     for (std::size_t i = 0; i < std::min(n, size_); ++i) {
+      if (r_[i][i] * kept < least) continue;  // nothing is known of it any more
       right_[i] *= kept;
       for (std::size_t j = i; j < size_; ++j) r_[i][j] *= kept;
     }
@@ -99,8 +102,20 @@ class SquareRoot {
     unit[i] = 1.0;
     return variance(unit);
   }
+  /// Looks at one from outside, of `size` parameters: what it says of them is finite.
+  void check(StateCheck& check, std::size_t size) const noexcept {
+    check.require("information", size_ == size);
+    if (check.fault()) return;
+    check.numbers("information", r_);
+    check.numbers("information", right_);
+    for (std::size_t i = 0; i < size_; ++i) check.number("information", r_[i][i], least, largest_in_a_state);
+    if (check.fault()) return;
+    check.numbers("information", mean());
+    for (std::size_t i = 0; i < size_; ++i) check.number("information", variance(i), 0.0, most_variance);
+  }
 
  private:
+  static constexpr double least = 1e-60, most_variance = 1e150;  // of a parameter that is all but forgotten
   std::array<Row, capacity> r_{};
   Row right_{};
   std::size_t size_ = 0;

@@ -32,6 +32,15 @@ struct Reading {
   ContactSlots late{};
   double force = 0.0, depth = 0.0, size = 1.0;
   bool continues = false;
+
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    check.numbers("readings", by, 1e15);
+    check.numbers("readings", late, 1e15);
+    check.numbers("readings", std::array{force, depth}, 1e9);
+    check.number("readings", size, 1e-15, 1e9);
+    check.flag("readings", continues);
+  }
 };
 
 /// The residual is an Ornstein-Uhlenbeck process in depth with this correlation length, of a size that is
@@ -54,7 +63,8 @@ struct TissueEstimate {
     const double rho = now.continues ? kept(travel) : 0.0;
     if (now.continues && travel > 0.0)
       information.forget_share(contact_slots + 2, std::exp(-0.5 * travel / holds_over));
-    const double own = 1.0 / std::sqrt(scale * (1.0 - rho * rho));
+    // two readings at one depth, forth and back, differ by noise at least
+    const double own = 1.0 / std::sqrt(scale * std::max(1.0 - rho * rho, 1e-4));
     const double here = own / now.size, there = rho * own / before.size;
     Slots by{};
     for (std::size_t i = 0; i < information.size(); ++i) by[i] = here * now.by[i] - there * before.by[i];
@@ -68,6 +78,17 @@ struct TissueEstimate {
     seen += 1.0 / found.widening;
     scale = std::clamp(scale * (1.0 + gain * (std::min(found.squared, largest) - 1.0)), 1e-12, 1e12);
     return found;
+  }
+  /// Looks at one from outside, of `size` parameters.
+  void check(StateCheck& check, std::size_t size) const noexcept {
+    check.number("hypotheses", correlation_length, 1e-9, 1e9);
+    check.number("hypotheses", holds_over, 1e-9, 1e12);
+    check.flag("hypotheses", late);
+    check.number("hypotheses", doubt, 1.0, 1e3);
+    check.number("hypotheses", log_weight, -1e3, 1e3);
+    check.number("hypotheses", scale, 1e-12, 1e12);
+    check.number("hypotheses", seen, 0.0, 1e15);
+    information.check(check, size);
   }
 
  private:

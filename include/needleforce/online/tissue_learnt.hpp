@@ -41,9 +41,7 @@ class TissueLearnt {
     inside_ = power_known_ = false;
     layers_ = {};
     surface_ = {};
-    bool known = false;
-    for (const LayerPrior& each : prior.layer) known = known || each.modulus.known() || each.friction.known();
-    bank.begin(known);
+    bank.begin(prior_known());
     expect_contact();
     for (std::size_t at : {slot::cutting, slot::friction}) bank.set_aside(at);
   }
@@ -171,12 +169,41 @@ class TissueLearnt {
   }
   double top() const noexcept { return layers_[0].top; }
   bool touched() const noexcept { return layers_[0].touched; }
+  void take_prior(const TissueLearnt& other) noexcept {
+    prior = other.prior;
+    law.take_contact(other.law);
+  }
+  /// Looks at one from outside.
+  void check(StateCheck& check) const noexcept {
+    law.check(check);
+    check.require("layers", left_ <= most_layers);
+    for (const bool* flag : {&inside_, &power_known_}) check.flag("layers", *flag);
+    check.numbers("layers", surface_, 1e15);
+    check.number("layers", noise_, 0.0, 1e9);
+    check.numbers("layers", std::array{rise_, late_since_}, 1e15);
+    for (const LayerLearnt& each : layers_) {
+      for (const Learnt& known : {each.modulus, each.cutting, each.friction}) check.numbers("layers", known);
+      check.numbers("layers", std::array{each.top, each.puncture_depth, each.puncture_force}, 1e9);
+      check.number("layers", each.remaining, 0.0, 1.0);
+      check.number("layers", each.probability, 0.0, 1.0);
+      for (const bool* flag : {&each.touched, &each.pierced}) check.flag("layers", *flag);
+    }
+    if (check.fault()) return;
+    bank.check(check, prior_known(), law.pierced);
+  }
 
  private:
+  bool prior_known() const noexcept {
+    bool known = false;
+    for (const LayerPrior& each : prior.layer) known = known || each.modulus.known() || each.friction.known();
+    return known;
+  }
+  /// False above the contact, and so little below it that its force is lost in rounding.
+  bool touches(double h) const noexcept { return h > 0.0 && law.contact().force(h) > 0.0; }
   /// The modulus by which the contact has its force now, whatever its power and its shift.
   Learnt modulus(std::size_t k) const noexcept {
     const double depth = bank.last().depth, h = depth - law.contact_from(prior);
-    if (law.pierced == 0 && h > 0.0) return from_surface(h);
+    if (law.pierced == 0 && touches(h)) return from_surface(h);
     return bank.learnt(secant(h), secant(depth - law.late_from), modulus_prior(k));
   }
   /// The same from the surface, which is above the depth at which the force left its noise.
@@ -196,7 +223,7 @@ class TissueLearnt {
   /// shown.
   Learnt surface_by(const Learnt& modulus, double depth) const noexcept {
     const double h = depth - law.tops[0], stiff = std::max(std::abs(modulus.value), 1e-9);
-    if (!(h > 0.0)) return surface_;
+    if (!touches(h)) return surface_;
     const double unit = law.contact().force(h), by_law = h * law.contact().slope(h) / unit;
     const double power = std::clamp(by_law + bank.learnt(slot::power, {}).value / stiff, 0.8, 3.0);
     const double unseen = 0.9 * h * std::min(std::pow(2.0 * noise_ / (stiff * unit), 1.0 / power), 1.0);
@@ -207,7 +234,7 @@ class TissueLearnt {
   /// Force of the contact over that of its law with a modulus of 1; none before it begins.
   Slots secant(double h) const noexcept {
     Slots by{};
-    if (!(h > 0.0)) return by;
+    if (!touches(h)) return by;
     by[slot::modulus] = 1.0;
     by[slot::power] = std::log(h / LayeredForce::unit_depth);
     by[slot::shift] = law.contact().slope(h) / law.contact().force(h);
@@ -219,7 +246,7 @@ class TissueLearnt {
     const double unit = reading.by[slot::modulus], h = reading.depth - law.tops[0];
     if (power_known_ || h < 5e-4 || !(reading.force > 0.0)) return;
     power_known_ = true;
-    const double modulus = reading.force / unit;
+    const double modulus = std::max(reading.force / unit, 1.0);
     bank.know(slot::power, {0.0, power_sd * modulus});
     const double unseen = std::min(law.contact().indentation(2.0 * noise_ / modulus), h);
     bank.know(slot::shift, {0.5 * unseen * modulus, std::max(unseen, 5e-5) * modulus});
@@ -261,7 +288,7 @@ class TissueLearnt {
     bank.expect(slot::friction, {expected.friction.value, expected.friction.sd});
   }
   LayerLearnt sliding(std::size_t k, LayerLearnt layer, Moved now) const noexcept {
-    const double whole = std::abs(layer.puncture_force),
+    const double whole = std::max(std::abs(layer.puncture_force), 1e-3),
                  half = 0.5 * std::clamp(now.force, 0.1 * whole, whole);
     const double slope = half / std::max(now.depth - law.tops[0], 1e-4);
     const LayerPrior& known = prior.layer[k];

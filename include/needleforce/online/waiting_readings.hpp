@@ -54,6 +54,17 @@ class WaitingReadings {
     broken_ = false;
     open_ = {};
   }
+  /// Looks at them from outside.
+  void check(StateCheck& check) const noexcept {
+    check.require("readings", count_ <= most);
+    check.flag("readings", broken_);
+    check.number("readings", open_.count, 0.0, largest_in_a_state);
+    check.numbers("readings", open_);
+    for (const Waiting& each : queue_) {
+      check.number("readings", each.time, -1e15, 1e15);
+      each.reading.check(check);
+    }
+  }
 
  private:
   struct Open {

@@ -73,6 +73,26 @@ class OnlineIdentifier(Printed):
         other.prior, other._core = self.prior, self._core.copy()
         return other
 
+    def save(self) -> bytes:
+        """What it has seen, as bytes for ``restore`` of any ``OnlineIdentifier`` with this prior and these settings."""
+        return self._core.save()
+
+    def restore(self, snapshot: bytes) -> None:
+        """Back to what ``save`` returned; it then continues to the bit.
+
+        Parameters
+        ----------
+        snapshot : bytes
+            What ``save`` returned.
+
+        Raises
+        ------
+        InputError
+            If they are of another version, prior or settings, altered, or of a state that no stream can leave; nothing
+            changes then.
+        """
+        self._core.restore(snapshot)
+
     def reset(self) -> None:
         """Back to before the first sample."""
         self._core.reset()

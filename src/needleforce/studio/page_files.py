@@ -25,7 +25,7 @@ from .steering_presets import steering_presets
 
 PAGE = Path(__file__).with_name("page")
 CORE = Path(__file__).with_name("core")
-CORE_FILES = ("needleforce.wasm", "needleforce.mjs", "pieces.mjs")
+CORE_FILES = ("needleforce.wasm", "needleforce.mjs", "pieces.mjs", "online.mjs")
 TABLES = "tables.json"
 TYPES = {
     ".html": "text/html; charset=utf-8",
