@@ -109,6 +109,38 @@ long punctures(const std::vector<Detection>& found, double least_probability) {
   return count;
 }
 
+/// How many falls there were, one after the other, each at a constant or a decreasing speed, then a pause.
+double falls(double since, double lasts, bool slower_and_slower, double pause) {
+  if (since <= 0.0) return 0.0;
+  const double part = std::min(1.0, std::fmod(since, lasts + pause) / lasts);
+  const double before = std::floor(since / (lasts + pause));
+  return before + (slower_and_slower ? 1.0 - std::exp(-3.0 * part) : part);
+}
+
+TEST(Events, OneFallIsOnePunctureHoweverLongItTakes) {
+  for (const double rate : {100.0, 1000.0, 5000.0})
+    for (const double noise : {1e-3, 20e-3})
+      for (const double lasts : {20e-3, 0.1, 0.2, 0.5, 0.8})
+        for (const bool slows : {false, true}) {
+          EventDetector watch;
+          const auto fall = [&](double t, Reading& r) {
+            if (t > 4.0) r.force = 2.0 - 1.5 * falls(t - 4.0, lasts, slows, 9.0);
+          };
+          EXPECT_EQ(punctures(replay(watch, rate, 5.5, noise, fall), 0.0), 1)
+              << rate << " " << noise << " " << lasts;
+        }
+}
+
+TEST(Events, FallAfterAPauseIsAPunctureOfItsOwn) {
+  for (const double rate : {100.0, 1000.0}) {
+    EventDetector watch;
+    const auto two = [](double t, Reading& r) {
+      r.force = t < 4.0 ? r.force : 2.0 - 0.6 * falls(t - 4.0, 20e-3, false, 0.25);
+    };
+    EXPECT_EQ(punctures(replay(watch, rate, 4.5, 5e-3, two), 0.0), 2) << rate;
+  }
+}
+
 TEST(Events, WhatTheSensorDoesIsNoConfidentPuncture) {
   const auto without_rupture = [](double rate, auto change) {
     EventDetector watch;

@@ -220,9 +220,11 @@ class EventDetector {
       found(EventKind::puncture, {top.time, top.depth}, fall, most * backed);
       falling_ = true;
       fall_is_sure_ = most > 0.5;
+      fall_length_ = k;
       fell_at_ = time_;
       fell_from_ = top.level;
-      return restart(force);
+      fell_to_ = windows_.now(k);
+      return restart(fell_to_);
     }
   }
   /// A force that comes back from having been stuck, or that leaves for zero or below, may be the sensor's
@@ -234,18 +236,24 @@ class EventDetector {
   void lose(double fall, double of) noexcept {
     if (of > 0.0) lost_ = std::max(lost_, std::clamp(fall / of, 0.0, 1.0));
   }
-  void restart(double force) noexcept {
-    low_ = force;
+  void restart(double level) noexcept {
+    low_ = level;
     low_at_ = felt_;
     windows_.restart();
     model_.restart();
   }
 
-  /// Where the fall ends, the needle slides on.
+  /// Where the fall ends, the needle slides on. It lasts while `within` brings half of what was needed to
+  /// find it, over windows of the length that found it: one fall is one puncture, however long it takes.
   void follow_fall(double force) noexcept {
-    if (force < low_) restart(force);
+    const double level = windows_.now(fall_length_), noisy = significant(fall_length_);
+    if (level < low_) restart(level);
     lose(fell_from_ - low_, fell_from_ - zero_);
-    if (time_ - fell_at_ < settings_.within && force < low_ + threshold() * noise()) return;
+    if (low_ <= fell_to_ - 0.5 * std::max(needed(), noisy)) {
+      fell_to_ = low_;
+      fell_at_ = time_;
+    }
+    if (time_ - fell_at_ < settings_.within && level < low_ + noisy) return;
     falling_ = false;
     const bool stays = fell_from_ - force > 0.5 * (fell_from_ - low_);
     if (stays && course_.inwards() && !course_.resting())
@@ -342,13 +350,14 @@ class EventDetector {
     check.word("where", where_, Where::inside);
     for (const bool* flag : {&started_, &falling_, &was_stuck_, &zero_known_, &fall_is_sure_})
       check.flag("flags", *flag);
+    check.require("falling", fall_length_ < FallWindows::lengths);
     check.number("parts", parts_, 0.0, largest_in_a_state);
     check.number("zero", zero_count_, 0.0, largest_in_a_state);
     check.number("resistance", lost_, 0.0, 1.0);
-    check.numbers("numbers",
-                  std::array{time_, since_, interval_, sum_, last_force_, last_depth_, last_reading_, zero_,
-                             free_noise_, peak_, where_since_, contact_depth_, calm_, fell_at_, fell_from_,
-                             low_, fresh_at_, repeats_, stuck_until_});
+    check.numbers("numbers", std::array{time_,        since_,         interval_, sum_,        last_force_,
+                                        last_depth_,  last_reading_,  zero_,     free_noise_, peak_,
+                                        where_since_, contact_depth_, calm_,     fell_at_,    fell_from_,
+                                        fell_to_,     low_,           fresh_at_, repeats_,    stuck_until_});
     check.numbers("places", std::array{felt_, quiet_, low_at_, calm_at_});
   }
 
@@ -359,7 +368,7 @@ class EventDetector {
   RunningNoise noise_{};
   FallWindows windows_;
   std::array<Detection, 4> queue_{};
-  std::size_t waiting_ = 0;
+  std::size_t waiting_ = 0, fall_length_ = 0;  // of the windows that found the fall
   StreamStatus status_ = StreamStatus::learning;
   Where where_ = Where::unknown;
   bool started_ = false, falling_ = false, was_stuck_ = false, zero_known_ = false;
@@ -367,7 +376,7 @@ class EventDetector {
   double time_ = 0.0, since_ = 0.0, interval_ = 0.0;
   double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0, last_reading_ = 0.0;
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
-  double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, low_ = 0.0;
+  double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, fell_to_ = 0.0, low_ = 0.0;
   double fresh_at_ = 0.0, repeats_ = 0.0, stuck_until_ = -longest, lost_ = 0.0;
   Place felt_{}, quiet_{}, low_at_{}, calm_at_{};
 };

@@ -30,9 +30,9 @@ class FallWindows {
 
   explicit FallWindows(double within) noexcept : within_(within) {}
 
-  /// Forgets what came before: no fall is measured across this moment. Wait-free.
+  /// No fall is measured across this moment; means of now may still have readings from before it. Wait-free.
   void restart() noexcept {
-    count_ = 0;
+    first_ = count_;
     slot_age_ = 0.0;
     highest_ = {};
     tops_ = {};
@@ -53,7 +53,7 @@ class FallWindows {
 
   /// Whether two windows of this length have been seen, and are short against `within`.
   bool available(std::size_t k) const noexcept {
-    if (k >= lengths || count_ < 2 * readings(k) + 1) return false;
+    if (k >= lengths || since() < 2 * readings(k) + 1) return false;
     return k == 0 || 3.0 * interval_ * static_cast<double>(readings(k)) <= within_;
   }
   /// Whether readings follow so fast that the newest can be left out.
@@ -71,7 +71,7 @@ class FallWindows {
   /// Looks at windows from outside, next to some of the same settings. Wait-free.
   void check(StateCheck& check, const FallWindows& fresh) const noexcept {
     check.require("windows.settings", within_ == fresh.within_);
-    check.require("windows.count", count_ <= most && slot_ < slots);
+    check.require("windows.count", count_ <= most && first_ <= count_ && slot_ < slots);
     for (const std::size_t slot : highest_) check.require("windows.count", slot < slots);
     check.number("windows.time", interval_, 0.0, 1e9);
     check.number("windows.time", slot_age_, 0.0, 2e9);
@@ -91,6 +91,7 @@ class FallWindows {
     double force = 0.0, time = 0.0, depth = 0.0;
   };
 
+  std::size_t since() const noexcept { return count_ - first_; }
   double mean(const Sums& sums, std::size_t end, std::size_t k) const noexcept {
     constexpr std::array<double, lengths> shares{1.0, 1.0 / 2, 1.0 / 4, 1.0 / 8, 1.0 / 16, 1.0 / 32};
     return (sums[end % kept] - sums[(end - readings(k)) % kept]) * shares[k];
@@ -98,7 +99,7 @@ class FallWindows {
   /// The reading before the newest, or the median of it and its neighbours.
   double calm() const noexcept {
     const double newest = readings_[count_ % kept].force, middle = readings_[(count_ - 1) % kept].force;
-    if (count_ < 2) return std::min(newest, middle);
+    if (since() < 2) return std::min(newest, middle);
     const double oldest = readings_[(count_ - 2) % kept].force;
     return std::max(std::min(newest, middle), std::min(std::max(newest, middle), oldest));
   }
@@ -133,6 +134,7 @@ class FallWindows {
     for (double& sum : sums_) sum -= base;
     for (double& sum : calm_sums_) sum -= calm_base;
     count_ -= most - kept;  // a multiple of kept: readings stay
+    first_ -= std::min(first_, most - kept);
   }
 
   double within_, interval_ = 0.0;
@@ -140,7 +142,7 @@ class FallWindows {
   std::array<Reading, kept> readings_{};
   std::array<std::array<Top, slots>, lengths> tops_{};
   std::array<std::size_t, lengths> highest_{};  // slot with the highest mean
-  std::size_t count_ = 0, slot_ = 0;
+  std::size_t count_ = 0, first_ = 0, slot_ = 0;
   double slot_age_ = 0.0;
 };
 
