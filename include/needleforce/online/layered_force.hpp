@@ -24,6 +24,7 @@ class LayeredForce {
   std::size_t pierced = 0;
   double intact_from = 0.0;  ///< where the tip met the layer that is intact [m]
   bool outwards = false;
+  bool zero_moved = false;  ///< before the first puncture
 
   const laws::TipContact::Prepared& contact() const noexcept { return contact_; }
   /// Whether an intact layer may be under the tip.
@@ -47,7 +48,10 @@ class LayeredForce {
         if (pierced == 0) by[slot::shift] = contact_.slope(h);
       }
     }
-    if (pierced == 0) return by;
+    if (pierced == 0) {
+      by[slot::cutting] = zero_moved ? 1.0 : 0.0;
+      return by;
+    }
     if (!outwards) by[slot::cutting] = 1.0;
     const double sign = outwards ? -1.0 : 1.0;
     double bottom = depth;

@@ -31,7 +31,7 @@ class TissueLearnt {
   /// Nothing is touched.
   void begin() noexcept {
     law.pierced = 0;
-    law.outwards = inside_ = false;
+    law.outwards = law.zero_moved = inside_ = false;
     layers_ = {};
     surface_ = {};
     bool known = false;
@@ -77,6 +77,11 @@ class TissueLearnt {
   void expect_anew(double depth, double spacing) noexcept {
     expect_contact();
     if (law.pierced > 0) expect_sliding(std::max(depth - law.tops[0], spacing));
+  }
+  /// Before the first puncture nothing is cut, so its parameter stands for a zero that has moved [N].
+  void doubt_zero(double size) noexcept {
+    law.zero_moved = true;
+    bank.expect(slot::cutting, {0.0, size});
   }
   /// The needle is out: what is known stays.
   void leave() noexcept {
