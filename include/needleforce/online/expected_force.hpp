@@ -26,7 +26,7 @@ class ExpectedForce {
  public:
   ExpectedForce(const OnlinePrior& prior, const OnlineSettings& settings, const LayeredForce& law,
                 const Hypotheses& bank, const SlopeLately& lately, const NextPuncture& next,
-                const Moment& now) noexcept
+                const Moment& now, double next_contact) noexcept
       : prior_(prior),
         settings_(settings),
         law_(law),
@@ -35,7 +35,7 @@ class ExpectedForce {
         next_(next),
         now_(now),
         means_(bank.means()),
-        by_now_(law.by_parameters(prior, now.depth)) {}
+        next_contact_(next_contact) {}
 
   Forces at(double depth) const noexcept {
     const double whole = cuts() ? 1.0 - next_.between(now_.depth, depth) : 1.0;
@@ -58,7 +58,13 @@ class ExpectedForce {
       const double walk = walks(std::abs(depth - now_.depth));
       return forces.add(weight, now_.force, walk * walk + noise * noise);
     }
-    add_by_law(forces, weight, m, depth);
+    const bool no_contact = bank_[m].late && law_.pierced > 0 && law_.late_from == LayeredForce::nowhere;
+    const double travel = depth - now_.depth;
+    if (!no_contact || law_.outwards || !(travel > 0.0) || !law_.another(prior_))
+      return add_by_law(forces, weight, m, depth, 0.0);
+    const double begins = travel / (travel + 3e-3);
+    add_by_law(forces, (1.0 - begins) * weight, m, depth, 0.0);
+    add_by_law(forces, begins * weight, m, depth, 0.5 * next_contact_ * travel);
   }
   /// How far a force without a law may go [N]; of an unknown zero or sign as a contact that is a millimetre
   /// old.
@@ -68,16 +74,16 @@ class ExpectedForce {
     return std::hypot(0.5 * now_.size * (grown * grown - 1.0), 1e5 * law_.contact().force(travel));
   }
   /// Parameters of one hypothesis, and of the residual now what is still correlated.
-  void add_by_law(Forces& forces, double weight, std::size_t m, double depth) const noexcept {
+  void add_by_law(Forces& forces, double weight, std::size_t m, double depth, double more) const noexcept {
     const TissueEstimate& each = bank_[m];
     const Slots& theta = means_.theta[m];
     const double travel = std::abs(depth - now_.depth), noise = now_.noise;
     const double rho = each.kept(travel);
-    const Slots there = law_.by_parameters(prior_, depth);
+    const Slots there = by(depth, each.late), here = by(now_.depth, each.late);
     Slots apart{};
-    double mean = rho * now_.mean_force;
+    double mean = rho * now_.mean_force + more;
     for (std::size_t i = 0; i < each.information.size(); ++i) {
-      apart[i] = there[i] - rho * by_now_[i];
+      apart[i] = there[i] - rho * here[i];
       mean += apart[i] * theta[i];
     }
     const double size =
@@ -85,29 +91,36 @@ class ExpectedForce {
     const double texture =
         each.scale * size * size * (1.0 - rho * rho) * (each.seen + 5.0) / (each.seen + 3.0);
     double law = mean * error_of_law(each, depth);
-    if (lately_.known() && !law_.outwards && travel > 0.0)
-      law = std::hypot(law, error_of_slope(theta, travel));
+    if (lately_.known() && !law_.outwards && travel > 0.0) law = std::hypot(law, error_of_slope(m, travel));
+    law = std::hypot(law, 2.0 * more);
     forces.add(weight, mean, each.information.variance(apart) + texture + law * law + noise * noise);
   }
+  Slots by(double depth, bool late) const noexcept {
+    Slots by = law_.by_parameters(prior_, depth);
+    if (!late || law_.outwards) return by;
+    const ContactSlots contact = law_.of_late_contact(prior_, depth);
+    std::copy(contact.begin(), contact.end(), by.begin());
+    return by;
+  }
   /// Where the force does not grow as the law has it, it may continue as it did lately [N].
-  double error_of_slope(const Slots& theta, double travel) const noexcept {
+  double error_of_slope(std::size_t m, double travel) const noexcept {
     const double near = std::min(travel, 3e-4);
     double grows = 0.0;
-    const Slots close = law_.by_parameters(prior_, now_.depth + near);
-    for (std::size_t i = 0; i < theta.size(); ++i) grows += (close[i] - by_now_[i]) * theta[i];
+    const Slots close = by(now_.depth + near, bank_[m].late), here = by(now_.depth, bank_[m].late);
+    for (std::size_t i = 0; i < here.size(); ++i) grows += (close[i] - here[i]) * means_.theta[m][i];
     return (lately_.value() * near - grows) * std::min(travel, 2e-3) / near;
   }
   /// Share of the force by which a contact of unknown law may be off beyond what was seen: its exponent is
-  /// known to 0.8 after a millimetre, and better with the root of what was seen.
+  /// known to 0.4 after a millimetre, and better with the root of what was seen.
   double error_of_law(const TissueEstimate& each, double depth) const noexcept {
     // recordings of the tissue were of this law, unless they are doubted
     const bool known = prior_.same_tissue && each.doubt < 2.0 &&
                        prior_.layer[std::min(law_.pierced, most_layers - 1)].modulus.known();
     if (law_.outwards || known) return 0.0;
-    const double seen = std::max(now_.depth - law_.intact_from, settings_.spacing);
-    const double exponent = std::min(1.5, 0.8 * std::sqrt(1e-3 / seen));
+    const double seen = std::max(now_.depth - law_.contact_since(), settings_.spacing);
+    const double exponent = std::min(1.5, 0.4 * std::sqrt(1e-3 / seen));
     const double travel = std::max(depth - now_.depth, 0.0);
-    return std::pow(1.0 + travel / std::max(now_.depth - law_.contact_from(prior_), seen), exponent) - 1.0;
+    return std::pow(1.0 + travel / seen, exponent) - 1.0;
   }
   /// Somewhere in this travel tissue may begin, of the prior's modulus or one of a soft tissue.
   void add_contact(Forces& forces, double travel) const noexcept {
@@ -131,7 +144,7 @@ class ExpectedForce {
   const NextPuncture next_;
   const Moment now_;
   const Hypotheses::Means means_;
-  const Slots by_now_;
+  const double next_contact_;
 };
 
 }  // namespace needleforce::online

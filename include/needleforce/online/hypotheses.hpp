@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 
 #include "../events/running_noise.hpp"
 #include "online_prior.hpp"
@@ -39,8 +40,9 @@ class Surprise {
   double sum_ = 0.0, count_ = 0.0;
 };
 
-/// The same readings by hypotheses of two correlation lengths, three travels over which parameters hold, and
-/// a contact that stiffens; where there is a prior, as many again doubt it tenfold. Wait-free.
+/// The same readings by hypotheses of two correlation lengths and three travels over which parameters hold,
+/// the longest with the next layer's contact from the puncture on, or from where the force shows it; where
+/// there is a prior, as many again doubt it tenfold. Wait-free.
 class Hypotheses {
  public:
   static constexpr std::size_t lengths = 8, most = 2 * lengths;
@@ -58,7 +60,7 @@ class Hypotheses {
       bank_[m] = {};
       bank_[m].correlation_length = correlation_lengths[m % lengths % 2];
       bank_[m].holds_over = held[m % lengths / 2];
-      bank_[m].stiffens = m % lengths / 2 == 3;
+      bank_[m].late = m % lengths / 2 == 3;
       bank_[m].doubt = m < lengths ? 1.0 : 10.0;
       bank_[m].log_weight = m < lengths ? 0.0 : -2.0;
     }
@@ -69,45 +71,76 @@ class Hypotheses {
   }
   /// A parameter that nothing depends on yet.
   void set_aside(std::size_t slot) noexcept { expect(slot, {0.0, 1.0}); }
-  /// That the contact stiffens beyond its law, of those that hold so.
-  void expect_stiffening(double sd) noexcept {
+  /// One more thing that is known of a parameter.
+  void know(std::size_t slot, Expected expected) noexcept {
+    Slots row{};
+    row[slot] = 1.0 / expected.sd;
+    for (std::size_t m = 0; m < count_; ++m) bank_[m].information.add(row, expected.mean / expected.sd);
+  }
+  /// Standard deviations of all parameters grow by a factor.
+  void doubt(double factor) noexcept {
     for (std::size_t m = 0; m < count_; ++m)
-      bank_[m].information.set(slot::stiffening, 0.0, bank_[m].doubt * (bank_[m].stiffens ? sd : 1e-9));
+      bank_[m].information.forget_share(bank_[m].information.size(), 1.0 / factor);
   }
   /// Room for the parameters of one more layer.
   void another_layer() noexcept {
     for (std::size_t m = 0; m < count_; ++m) bank_[m].information.shift(2);
   }
 
-  /// What this reading was worth to all of them together.
+  /// What this reading was worth to all of them together; the residual is that of those without a contact
+  /// yet.
   Innovation learn(const Reading& now, double memory) noexcept {
     const Weights before = weights();
-    double squared = 0.0, worth = 0.0;
+    double squared = 0.0, worth = 0.0, rise = 0.0;
     for (std::size_t m = 0; m < count_; ++m) {
       const Innovation found = bank_[m].add(now, last_, memory);
       squared += before[m] * found.squared;
+      if (bank_[m].late)
+        rise += found.residual * static_cast<double>(lengths) / (2.0 * static_cast<double>(count_));
       worth += before[m] / found.widening;
     }
     last_ = now;
     normalise();
-    return {squared, 1.0 / worth};
+    return {squared, 1.0 / worth, rise};
+  }
+
+  /// Those whose contact begins late, as they are now.
+  void keep_late() noexcept {
+    std::size_t at = 0;
+    for (std::size_t m = 0; m < count_; ++m)
+      if (bank_[m].late) kept_[at++] = bank_[m];
+  }
+  /// Back to what was kept, with the contact that the last reading has.
+  void take_back_late(const ContactSlots& contact) noexcept {
+    std::size_t at = 0;
+    for (std::size_t m = 0; m < count_; ++m)
+      if (bank_[m].late) bank_[m] = kept_[at++];
+    last_.late = contact;
+    normalise();
   }
 
   std::size_t count() const noexcept { return count_; }
   const TissueEstimate& operator[](std::size_t m) const noexcept { return bank_[m]; }
   const Reading& last() const noexcept { return last_; }
   Learnt learnt(std::size_t slot, Expected expected) const noexcept {
+    Slots unit{};
+    unit[slot] = 1.0;
+    return learnt(unit, unit, expected);
+  }
+  /// A sum of parameters, by those whose contact begins late another one.
+  Learnt learnt(const Slots& by, const Slots& by_late, Expected expected) const noexcept {
     const Weights weight = weights();
     std::array<double, most> mean{};
     Learnt result;
     for (std::size_t m = 0; m < count_; ++m) {
-      mean[m] = bank_[m].information.mean()[slot];
+      const Slots theta = bank_[m].information.mean(), &row = bank_[m].late ? by_late : by;
+      mean[m] = std::inner_product(theta.begin(), theta.end(), row.begin(), 0.0);
       result.value += weight[m] * mean[m];
     }
     double variance = 0.0;
     for (std::size_t m = 0; m < count_; ++m) {
       const double off = mean[m] - result.value;
-      variance += weight[m] * (bank_[m].information.variance(slot) + off * off);
+      variance += weight[m] * (bank_[m].information.variance(bank_[m].late ? by_late : by) + off * off);
     }
     result.sd = std::sqrt(variance);
     result.before = expected.sd;
@@ -139,6 +172,7 @@ class Hypotheses {
   }
 
   std::array<TissueEstimate, most> bank_{};
+  std::array<TissueEstimate, most / 4> kept_{};
   Reading last_{};
   std::size_t count_ = lengths;
 };

@@ -22,11 +22,43 @@ class LayeredForce {
 
   std::array<double, most_layers> tops{};  ///< of the pierced layers, and of the first [m]
   std::size_t pierced = 0;
-  double intact_from = 0.0;  ///< where the tip met the layer that is intact [m]
+  std::array<double, most_layers> whole_from{}, whole_to{};  ///< between these a pierced layer began [m]
+  double intact_from = 0.0;    ///< where the tip may have met the layer that is intact [m]
+  double late_from = nowhere;  ///< where the force showed that it did [m]
   bool outwards = false;
   bool zero_moved = false;  ///< before the first puncture
+  static constexpr double nowhere = 1e9;
+
+  /// Depth of the contact at which its modulus is that of the law, whatever its power [m].
+  static constexpr double unit_depth = 1e-3;
 
   const laws::TipContact::Prepared& contact() const noexcept { return contact_; }
+  void begin() noexcept {
+    tops = whole_from = {};
+    pierced = 0;
+    intact_from = 0.0;
+    late_from = nowhere;
+    outwards = zero_moved = false;
+  }
+  /// Where the layer whose puncture was here began: where the force showed it, or half way.
+  double pierce(double depth) noexcept {
+    const bool shown = late_from < depth;
+    whole_from[pierced] = shown ? std::max(intact_from, late_from - shown_within) : intact_from;
+    whole_to[pierced] = shown ? std::min(depth, late_from + shown_within) : depth;
+    return tops[pierced] = 0.5 * (whole_from[pierced] + whole_to[pierced]);
+  }
+  /// The layer is pierced, and the tip may meet the next one from here on.
+  void next(double from) noexcept {
+    ++pierced;
+    intact_from = from;
+    late_from = nowhere;
+  }
+  /// Whether the tip is between two layers, where either may hold the shaft.
+  bool between_layers(double depth) const noexcept {
+    for (std::size_t k = 1; k < pierced; ++k)
+      if (depth > whole_from[k] && depth < whole_to[k]) return true;
+    return false;
+  }
   /// Whether an intact layer may be under the tip.
   bool another(const OnlinePrior& prior) const noexcept {
     return pierced < most_layers &&
@@ -38,21 +70,30 @@ class LayeredForce {
     const Expected& top = prior.layer[std::min(pierced, most_layers - 1)].top;
     return top.known() ? tops[0] + top.mean : intact_from;
   }
+  /// Where the force showed a contact, or the tip may have met the intact layer [m].
+  double contact_since() const noexcept { return late_from < nowhere ? late_from : intact_from; }
+  /// What a contact from there contributes, if there is an intact layer.
+  ContactSlots of_contact(const OnlinePrior& prior, double from, double depth) const noexcept {
+    const double h = depth - from;
+    if (outwards || !(h > 0.0) || !(pierced == 0 || another(prior))) return {};
+    const double force = contact_.force(h);
+    return {force * std::log(h / unit_depth), force, contact_.slope(h)};
+  }
+  ContactSlots of_late_contact(const OnlinePrior& prior, double depth) const noexcept {
+    return of_contact(prior, pierced == 0 ? tops[0] : late_from, depth);
+  }
   Slots by_parameters(const OnlinePrior& prior, double depth) const noexcept {
     Slots by{};
-    if (!outwards && (pierced == 0 || another(prior))) {
-      const double h = depth - contact_from(prior);
-      if (h > 0.0) {
-        by[slot::modulus] = contact_.force(h);
-        by[slot::stiffening] = by[slot::modulus] * h;
-        if (pierced == 0) by[slot::shift] = contact_.slope(h);
-      }
-    }
+    const ContactSlots contact = of_contact(prior, contact_from(prior), depth);
+    std::copy(contact.begin(), contact.end(), by.begin());
     if (pierced == 0) {
       by[slot::cutting] = zero_moved ? 1.0 : 0.0;
       return by;
     }
-    if (!outwards) by[slot::cutting] = 1.0;
+    if (outwards)
+      by[slot::shift] = -1.0;  // where the first layer begins is not exactly known
+    else
+      by[slot::cutting] = 1.0;
     const double sign = outwards ? -1.0 : 1.0;
     double bottom = depth;
     for (std::size_t j = pierced; j-- > 0;) {
@@ -63,6 +104,8 @@ class LayeredForce {
   }
 
  private:
+  static constexpr double shown_within = 1.5e-3;  // [m]
+
   laws::TipContact::Prepared contact_;
 };
 

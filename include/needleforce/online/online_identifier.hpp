@@ -44,7 +44,6 @@ class OnlineIdentifier {
   /// Back to before the first sample. Wait-free.
   void reset() noexcept {
     watch_.reset();
-    tissue_.reset();
     begin_anew();
     started_ = false;
     depth_ = force_ = time_ = speed_ = 0.0;
@@ -81,7 +80,10 @@ class OnlineIdentifier {
   std::size_t changes() const noexcept { return changes_; }
 
   /// Layer `k` from the surface, 0 the first. Wait-free.
-  LayerLearnt layer(std::size_t k) const noexcept { return tissue_.layer(k); }
+  LayerLearnt layer(std::size_t k) const noexcept {
+    if (regime_ == Regime::rupture && k == pierced()) return tissue_.breaking(puncture(), {depth_, force_});
+    return tissue_.layer(k);
+  }
 
   /// The force over the next `travel` [m] in the direction of the last motion. Allocates nothing.
   ForceAhead ahead(double travel) const noexcept {
@@ -147,7 +149,7 @@ class OnlineIdentifier {
     begin_anew();
     regime_ = Regime::contact;
     deepest_ = event.depth;
-    tissue_.touch(event.depth, settings_.spacing);
+    tissue_.touch(event.depth, settings_.spacing, watch_.noise());
   }
   void leave() noexcept {
     settle(1e9);
@@ -165,23 +167,31 @@ class OnlineIdentifier {
     rupture_probability_ = event.probability;
     regime_ = Regime::rupture;
     rupture_depth_ = event.depth;
-    rupture_force_ = tissue_.bank.last().force;
+    rupture_force_ = force_ + event.size;
+    fall_ = event.size;
   }
   void end_rupture(double depth) noexcept {
     if (regime_ != Regime::rupture) return;
     regime_ = Regime::sliding;
+    if (!tissue_.pierce(puncture(), depth, {depth_, force_})) return change();
+    interrupt();
+  }
+  LayerLearnt puncture() const noexcept {
     LayerLearnt puncture;
     puncture.puncture_depth = rupture_depth_;
     puncture.puncture_force = rupture_force_;
     puncture.probability = rupture_probability_;
     puncture.remaining = rupture_force_ > 0.0 ? std::clamp(force_ / rupture_force_, 0.0, 1.0) : 0.0;
-    if (!tissue_.pierce(puncture, depth, depth_, settings_.spacing)) return change();
-    interrupt();
+    return puncture;
   }
   /// Outwards, or inwards again.
   void turn(double depth) noexcept {
     settle(1e9);
+    if (regime_ == Regime::rupture && rupture_probability_ > 0.5) end_rupture(depth);
+    if (regime_ == Regime::rupture) regime_ = whole_;  // the force fell because the needle turned
     tissue_.law.outwards = depth_ < depth;
+    tissue_.go_in();
+    turned_at_ = depth;
     withdraws_ = false;
     lowest_ = 1e9;
     interrupt();
@@ -189,7 +199,7 @@ class OnlineIdentifier {
   /// The tissue is another one: what was learnt of this layer is forgotten.
   void change() noexcept {
     ++changes_;
-    tissue_.expect_anew(depth_, settings_.spacing);
+    tissue_.expect_anew({depth_, force_});
     surprise_ = {};
   }
 
@@ -217,9 +227,10 @@ class OnlineIdentifier {
     collect(force, depth);
     settle_older(time_ - watch_.settings().within);
   }
-  /// A fall that came back was none; one that stays without having been confirmed is one after a millimetre.
+  /// A fall that comes back, beyond what noise makes of it, was none; one that stays without having been
+  /// confirmed is one after a millimetre.
   void watch_rupture() noexcept {
-    if (force_ > 0.95 * rupture_force_)
+    if (force_ > rupture_force_ - 0.25 * fall_ + 2.0 * watch_.noise())
       regime_ = whole_;
     else if (depth_ - rupture_depth_ > 1e-3)
       end_rupture(depth_);
@@ -240,8 +251,13 @@ class OnlineIdentifier {
       lowest_ = force_;
       lowest_depth_ = depth_;
     }
-    withdraws_ = withdraws_ || (force_ < 0.0 && lowest_depth_ - depth_ > 5e-4);
-    return withdraws_ && depth_ > tissue_.law.tops[0];
+    if (!withdraws_ && force_ < 0.0 && lowest_depth_ - depth_ > 5e-4) {
+      withdraws_ = true;
+      tissue_.withdraw();
+    }
+    if (!withdraws_) return false;
+    tissue_.go_out(depth_);
+    return depth_ > tissue_.law.tops[0] && !tissue_.law.between_layers(depth_);
   }
   void interrupt() noexcept {
     lately_.restart();
@@ -260,6 +276,9 @@ class OnlineIdentifier {
     result.depth = depth;
     result.force = force;
     result.size = std::hypot(watch_.noise(), settings_.roughness * force);
+    // what a hold has relaxed comes back on the way
+    if (tissue_.law.outwards)
+      result.size = std::hypot(result.size, 0.2 * force * std::exp(-(turned_at_ - depth) / 1e-3));
     result.by = tissue_.law.by_parameters(tissue_.prior, depth);
     return result;
   }
@@ -268,7 +287,7 @@ class OnlineIdentifier {
 
   void settle_first() noexcept {
     if (leapt_) return pass_leap();
-    const Innovation found = tissue_.bank.learn(readings_.first(), settings_.memory);
+    const Innovation found = tissue_.learn(readings_.first(), settings_.memory);
     readings_.drop_first();
     surprise_.add(found.squared);
     // a friction that is another outwards contradicts the law, but is no other tissue
@@ -297,7 +316,7 @@ class OnlineIdentifier {
 
   NextPuncture next_puncture() const noexcept {
     NextPuncture next;
-    next.since = tissue_.law.intact_from;
+    next.since = tissue_.law.contact_since();
     next.none = tissue_.prior.layers > 0 && tissue_.law.pierced >= tissue_.prior.layers;
     if (tissue_.law.pierced >= most_layers) return next;
     const Expected& puncture = tissue_.prior.layer[tissue_.law.pierced].puncture;
@@ -313,7 +332,7 @@ class OnlineIdentifier {
         std::max(std::abs(force_), regime_ == Regime::rupture ? std::abs(rupture_force_) : 0.0);
     const Moment now{depth_,         force_,        readings_.mean_force(force_), size,
                      watch_.noise(), follows_law(), regime_ == Regime::free,      regime_ == Regime::unknown};
-    return {tissue_.prior, settings_, tissue_.law, tissue_.bank, lately_, next, now};
+    return {tissue_.prior, settings_, tissue_.law, tissue_.bank, lately_, next, now, tissue_.next_contact()};
   }
 
   // ---- likeness to earlier insertions
@@ -354,8 +373,8 @@ class OnlineIdentifier {
   std::size_t changes_ = 0;
   bool started_ = false, withdraws_ = false, resting_ = false, leapt_ = false;
   double depth_ = 0.0, force_ = 0.0, time_ = 0.0, speed_ = 0.0, deepest_ = -1e9, rest_depth_ = 0.0;
-  double rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0, lowest_ = 1e9,
-         lowest_depth_ = 0.0;
+  double rupture_depth_ = 0.0, rupture_force_ = 0.0, rupture_probability_ = 0.0, fall_ = 0.0,
+         turned_at_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
 };
 
 }  // namespace needleforce::online

@@ -9,11 +9,12 @@
 
 namespace needleforce::online {
 
-/// What a row of measurement was worth: its residual in its own predicted standard deviations, squared, and
-/// by how much that variance was larger than the row's own.
+/// What a row of measurement was worth: its residual in its own predicted standard deviations, that squared,
+/// and by how much that variance was larger than the row's own.
 struct Innovation {
   double squared = 0.0;
   double widening = 1.0;
+  double residual = 0.0;
 };
 
 /// R and R theta of the normal equations R'R theta = R'y, R upper triangular, by Givens rotations. To drop
@@ -68,7 +69,7 @@ class SquareRoot {
       right_[i] = c * above + s * y;
       y = c * y - s * above;
     }
-    return {y * y, widening};
+    return {y * y, widening, y};
   }
 
   std::size_t size() const noexcept { return size_; }
