@@ -58,3 +58,35 @@ def test_a_zero_that_moves_while_sliding_is_never_in_a_narrow_wrong_interval(ste
         assert held(depth, moved, rate, 8e-3 + after, 1e-3)[2], after
     widest = held(depth, moved, rate, 8.3e-3, 1e-3)[1]
     assert widest.high[-1] - widest.low[-1] > 2.0 * abs(step)
+
+
+def swaying(law, rate=500.0):
+    """Depth and force through a puncture at 4 mm, swaying from 4 s on; integrated at 10 kHz."""
+    time = np.arange(0.0, 9.0, 1e-4)
+    sway = np.sin(np.pi * (time - 4.0)) + 0.2 * np.sin(3.4 * np.pi * (time - 4.0))
+    depth = -2e-3 + 2e-3 * time + 1.5e-3 * sway * np.clip(time - 4.0, 0.0, 1.0)
+    model = nf.Model(nf.laws.Cone(1.2e5, 0.26), nf.laws.PunctureDepth(4e-3), law, nf.laws.ConstantCutting(0.1))
+    force = nf.Insertion(model).run(depth, np.gradient(depth, time), np.full(len(time), 1e-4))["force"]
+    every = round(1e4 / rate)
+    return depth[::every], force[::every] + 3e-3 * np.random.default_rng(0).normal(size=len(time[::every]))
+
+
+def test_the_lugre_model_holds_what_comes_and_what_the_friction_is():
+    depth, force = swaying(nf.laws.Lugre(2e5, 300.0, 500.0, 18.0, 25.0))
+    online, held_here = nf.OnlineIdentifier(model="lugre"), []
+    for i, (f, z) in enumerate(zip(force, depth)):
+        online.step(float(f), float(z), 2e-3)
+        if i < 3000 or i % 50:
+            continue
+        ahead = online.ahead(3e-4)
+        way = np.sign(ahead.depth[-1] - ahead.depth[0])
+        j = i + int(np.argmax(way * (depth[i:] - ahead.depth[-1]) >= 0.0))
+        if j > i and (way * np.diff(depth[i : j + 1]) > 0.0).all():
+            held_here.append(ahead.low[-1] <= force[j] <= ahead.high[-1])
+    assert np.mean(held_here) > 0.85
+    found = online.parameters
+    assert found.bristle_stiffness.low < 2e5 < found.bristle_stiffness.high
+    assert found.coulomb.low < 18.0 < found.coulomb.high
+    assert online.copy().ahead(1e-3).to_json() == online.ahead(1e-3).to_json()
+    with pytest.raises(nf.InputError, match="model"):
+        nf.OnlineIdentifier(model="dahl")

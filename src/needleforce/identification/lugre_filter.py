@@ -141,7 +141,7 @@ class LuGreFilter:
         self.held = held
         self.cutting, others = 0.0, [] if cutting_spread is None else [float(cutting_spread)]
         self.covariance = np.diag(np.array([0.0, *(6 * [spread]), *others]) ** 2)
-        self.walk = np.array([bristle_walk, *(6 * [parameter_walk]), *(0.0 for _ in others)]) ** 2
+        self.walk = np.array([bristle_walk, *(6 * [parameter_walk]), *(parameter_walk * each for each in others)]) ** 2
         self.forget()
 
     @property

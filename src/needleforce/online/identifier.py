@@ -36,7 +36,7 @@ class OnlineIdentifier(Printed):
         motion contradicts is given up.
     model : str
         ``"layered"``, the law of layers in the core, or ``"lugre"``, which has the same contact and events, and behind
-        the first puncture the LuGre filters for one friction along the shaft; a step takes 0.1 ms there.
+        the first puncture the LuGre filters for one friction along the shaft; a step takes up to 1 ms there, in Python.
     **settings
         Of ``core.OnlineSettings`` and ``core.EventSettings``, such as ``memory`` or ``false_alarms``.
 
@@ -117,7 +117,9 @@ class OnlineIdentifier(Printed):
             layer = self._core.layer(k)
             if layer["touched"]:
                 found += self._of_layer(k, layer)
-        found += [] if self._lugre is None else self._lugre.estimates()
+        if self._lugre is not None and self._lugre.filter is not None:
+            found = [each for each in found if not each.name.endswith(("friction_per_length", "cutting_force"))]
+            found += self._lugre.estimates()
         return Parameters({each.name: each for each in found})
 
     def _of_layer(self, k: int, layer: dict) -> list[Estimate]:
