@@ -13,6 +13,7 @@ import argparse
 import re
 import time
 from collections import defaultdict
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -216,13 +217,13 @@ def compared_streams() -> dict[str, tuple[nf.Model, float]]:
     """Models whose force is known, and by how much the needle sways while it goes on [m]."""
     contact, cutting = nf.laws.Cone(1.2e5, 0.26), nf.laws.ConstantCutting(0.1)
     lugre = nf.laws.Lugre(2e5, 300.0, 500.0, 18.0, 25.0)
-    plain = nf.Layer(0.0, contact, nf.laws.PunctureDepth(4e-3), nf.laws.Coulomb(20.0), cutting)
-    below = nf.Layer(8e-3, contact, nf.laws.PunctureDepth(4e-3), nf.laws.Coulomb(40.0), cutting)
-    one = nf.Model(*(getattr(plain, name) for name in ("stiffness", "puncture", "friction", "cutting")))
+    puncture = nf.laws.PunctureDepth(4e-3)
+    below = nf.Layer(8e-3, contact, puncture, nf.laws.Coulomb(40.0), cutting)
+    one = nf.Model(contact, puncture, nf.laws.Coulomb(20.0), cutting)
     return {
         "one layer": (one, 0.0),
-        "two layers": (nf.Model(layers=[plain, below]), 0.0),
-        "LuGre, swaying": (nf.Model(contact, nf.laws.PunctureDepth(4e-3), lugre, cutting), 1.5e-3),
+        "two layers": (replace(one, deeper=(below,)), 0.0),
+        "LuGre, swaying": (nf.Model(contact, puncture, lugre, cutting), 1.5e-3),
     }
 
 

@@ -57,7 +57,8 @@ def other_needle(rows):
 def streams() -> dict:
     slow = insertion(100.0)
     kept = [*slow[:290], "keep", *slow[290:500], "restore", *slow[290:700], "reset", *slow[:400]]
-    changes = {each.__name__: insertion(100.0, each) for each in (faults, zeroed, stuck, in_tissue, tension, other_needle)}
+    every = (faults, zeroed, stuck, in_tissue, tension, other_needle)
+    changes = {each.__name__: insertion(100.0, each) for each in every}
     return {"slow": slow, "fast": insertion(1000.0), "kept": kept, **changes}
 
 

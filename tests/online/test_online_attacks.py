@@ -24,8 +24,11 @@ def held(depth, force, rate, place, travel, **options):
     for f, z in zip(force[:i], depth[:i]):
         online.step(float(f), float(z), 1.0 / rate)
     ahead = online.ahead(travel)
-    return online, ahead, bool((ahead.low <= np.interp(ahead.depth, depth, force)).all()) and bool(
-        (np.interp(ahead.depth, depth, force) <= ahead.high).all()
+    return (
+        online,
+        ahead,
+        bool((ahead.low <= np.interp(ahead.depth, depth, force)).all())
+        and bool((np.interp(ahead.depth, depth, force) <= ahead.high).all()),
     )
 
 

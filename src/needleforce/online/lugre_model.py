@@ -16,7 +16,7 @@ from ..identification.statistics.noise import TWO_SIDED
 FOLLOWED = ("sliding", "reversing", "withdrawal", "rest")
 PARAMETERS = ("bristle_stiffness", "bristle_damping", "viscous", "coulomb", "static_friction", "stribeck_speed")
 KNOWN_SPREAD, UNKNOWN_SPREAD = 0.56, 1.0  # of the logarithms: a factor of three with a prior, of seven without
-PARAMETER_WALK = 0.1  # of the logarithms [1/sqrt(s)]: with less, errors of the first millimetre stay in narrow intervals
+PARAMETER_WALK = 0.1  # of the logarithms [1/sqrt(s)]: less leaves early errors in narrow intervals
 CORRELATION = 2e-4  # of the texture [m]: samples that are closer are one
 MOST_ALIKE = 1e4  # samples that count as one where the needle hardly moves
 LEAST_LENGTH = 1e-3  # embedded [m]
@@ -86,7 +86,8 @@ class LuGreModel:
         usual = 0.5 * size / (depth - online.surface[0])
         start = self.start or core.laws.Lugre(usual / 1e-4, usual / 0.05, usual / 0.1, usual, 1.3 * usual)
         spread = KNOWN_SPREAD if self.start else UNKNOWN_SPREAD
-        self.filter = LuGreFilter(start, max(online.noise, 1e-9), spread=spread, parameter_walk=PARAMETER_WALK, cutting_spread=size)
+        options = {"spread": spread, "parameter_walk": PARAMETER_WALK, "cutting_spread": size}
+        self.filter = LuGreFilter(start, max(online.noise, 1e-9), **options)
 
     def _learn(self, online: Any, before: tuple[float, float], dt: float) -> None:
         (force, depth), top = self.last, online.surface[0]
