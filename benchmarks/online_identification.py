@@ -13,6 +13,7 @@ import argparse
 import re
 import time
 from collections import defaultdict
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -212,6 +213,52 @@ def change_half_way(console: Console, n: int = 60) -> None:
     console.print(shown)
 
 
+def compared_streams() -> dict[str, tuple[nf.Model, float]]:
+    """Models whose force is known, and by how much the needle sways while it goes on [m]."""
+    contact, cutting = nf.laws.Cone(1.2e5, 0.26), nf.laws.ConstantCutting(0.1)
+    lugre = nf.laws.Lugre(2e5, 300.0, 500.0, 18.0, 25.0)
+    puncture = nf.laws.PunctureDepth(4e-3)
+    below = nf.Layer(8e-3, contact, puncture, nf.laws.Coulomb(40.0), cutting)
+    one = nf.Model(contact, puncture, nf.laws.Coulomb(20.0), cutting)
+    return {
+        "one layer": (one, 0.0),
+        "two layers": (replace(one, deeper=(below,)), 0.0),
+        "LuGre, swaying": (nf.Model(contact, puncture, lugre, cutting), 1.5e-3),
+    }
+
+
+def models(console: Console, n: int = 3) -> None:
+    """Both models of the identifier on the same streams: force 0.5 mm ahead behind the first puncture."""
+    shown = Table("stream", "model", "asked", "held", "error, median / mean", "width", title_justify="left")
+    for name, (model, sway) in compared_streams().items():
+        for kind in ("layered", "lugre"):
+            rows = [row for seed in range(n) for row in followed(model, sway, kind, seed)]
+            good, error, width = np.array(rows).T
+            cells = f"{good.mean():.0%}", f"{np.median(error):.3f} / {error.mean():.3f} N", f"{np.median(width):.2f} N"
+            shown.add_row(name, kind, str(len(rows)), *cells)
+    console.print(shown)
+
+
+def followed(model: nf.Model, sway: float, kind: str, seed: int) -> list[tuple[bool, float, float]]:
+    """Whether each force that came was held, by how much it was missed and how wide the interval was [N]."""
+    time = np.arange(0.0, 8.0, 1e-4)
+    depth = -2e-3 + 2e-3 * time + sway * np.sin(np.pi * (time - 4.0)) * np.clip(time - 4.0, 0.0, 1.0)
+    force = nf.Insertion(model).run(depth, np.gradient(depth, time), np.full(len(time), 1e-4))["force"]
+    depth, force = depth[::20], force[::20] + 3e-3 * np.random.default_rng(seed).normal(size=len(time[::20]))
+    online, rows = nf.OnlineIdentifier(model=kind), []
+    for i, (f, z) in enumerate(zip(force, depth, strict=True)):
+        online.step(float(f), float(z), 2e-3)
+        if z < 5e-3 or i % 40 or online.regime == "rest":
+            continue
+        ahead = online.ahead(5e-4)
+        way = np.sign(ahead.depth[-1] - ahead.depth[0])
+        j = i + int(np.argmax(way * (depth[i:] - ahead.depth[-1]) >= 0.0))
+        if j > i and (way * np.diff(depth[i : j + 1]) > 0.0).all():
+            low, high = ahead.low[-1], ahead.high[-1]
+            rows.append((low <= force[j] <= high, abs(ahead.force[-1] - force[j]), high - low))
+    return rows
+
+
 def main(odd: bool) -> None:
     """Prints every table."""
     console, begun = Console(width=130), time.perf_counter()
@@ -220,6 +267,7 @@ def main(odd: bool) -> None:
     else:
         console.print(f"no real recordings in {RECORDINGS}: the change of tissue alone")
     change_half_way(console)
+    models(console)
     console.print(f"{time.perf_counter() - begun:.0f} s")
 
 

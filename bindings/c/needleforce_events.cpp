@@ -17,8 +17,8 @@ struct nf_events {
 };
 
 static_assert(NF_EXIT == int(events::EventKind::exit) && events::event_kind_names.size() == NF_EXIT + 1);
-static_assert(NF_STREAM_UNKNOWN_ZERO == int(events::StreamStatus::unknown_zero) &&
-              events::stream_status_names.size() == NF_STREAM_UNKNOWN_ZERO + 1);
+static_assert(NF_STREAM_WRONG_SIGN == int(events::StreamStatus::wrong_sign) &&
+              events::stream_status_names.size() == NF_STREAM_WRONG_SIGN + 1);
 static_assert(std::is_standard_layout_v<nf_event> && std::is_trivially_copyable_v<nf_event>);
 
 extern "C" {
@@ -27,7 +27,7 @@ const char* nf_event_name(int kind) {
   return kind >= 0 && kind <= NF_EXIT ? events::event_kind_names[std::size_t(kind)] : "unknown";
 }
 const char* nf_stream_status_name(int status) {
-  const bool known = status >= 0 && status <= NF_STREAM_UNKNOWN_ZERO;
+  const bool known = status >= 0 && status <= NF_STREAM_WRONG_SIGN;
   return known ? events::stream_status_names[std::size_t(status)] : "unknown";
 }
 

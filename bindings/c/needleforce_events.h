@@ -18,7 +18,7 @@ typedef struct nf_events nf_events;
 enum nf_event_kind { NF_NO_EVENT, NF_CONTACT, NF_PUNCTURE, NF_SLIDING, NF_STOP, NF_REVERSAL, NF_EXIT };
 enum nf_stream_status { /* what the last sample was worth */
   NF_STREAM_OK, NF_STREAM_LEARNING, NF_STREAM_NOT_FINITE, NF_STREAM_BAD_TIME, NF_STREAM_GAP, NF_STREAM_STUCK,
-  NF_STREAM_UNKNOWN_ZERO
+  NF_STREAM_UNKNOWN_ZERO, NF_STREAM_WRONG_SIGN
 };
 typedef struct {
   double time, depth;  /* [s] since the begin of the stream; [m] in its own zero */

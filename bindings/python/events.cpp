@@ -75,6 +75,7 @@ void bind_events(nb::module_& module) {
           "what the last sample was worth")
       .def_prop_ro("settings", &EventDetector::settings)
       .def_prop_ro("noise", &EventDetector::noise, "standard deviation of a reading now [N]")
+      .def_prop_ro("zero", &EventDetector::zero, "what the sensor reads without a force [N]")
       .def_prop_ro("needed_fall", &EventDetector::needed_fall, "fall that would be a puncture now [N]")
       .def_prop_ro("resistance", &EventDetector::resistance,
                    "share of its recent force that the needle still meets: 1, less where the force falls");

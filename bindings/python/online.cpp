@@ -148,9 +148,14 @@ void bind_online(nb::module_& module) {
       .def_prop_ro(
           "surface", [](const OnlineIdentifier& self) { return row(self.surface()); },
           "where the tissue begins [m]")
+      .def_prop_ro("settings", &OnlineIdentifier::settings)
       .def_prop_ro("depth", &OnlineIdentifier::depth, "of the last sample [m]")
       .def_prop_ro("force", &OnlineIdentifier::force, "of the last sample [N]")
       .def_prop_ro("speed", &OnlineIdentifier::speed, "now [m/s]")
+      .def_prop_ro("zero", &OnlineIdentifier::zero, "what the sensor reads without a force [N]")
+      .def_prop_ro(
+          "noise", [](const OnlineIdentifier& self) { return self.detector().noise(); },
+          "standard deviation of a reading [N]")
       .def_prop_ro("innovation", &OnlineIdentifier::innovation, "normalised innovation squared [1]")
       .def_prop_ro("changes", &OnlineIdentifier::changes, "changes of the tissue found");
 }

@@ -42,6 +42,10 @@ def in_tissue(rows):
     rows[:, 0] += 2.0
 
 
+def tension(rows):
+    rows[:, 0] *= -1.0
+
+
 def other_needle(rows):
     rows[350:, 1] += 0.1
 
@@ -49,7 +53,8 @@ def other_needle(rows):
 def streams() -> dict:
     slow = insertion(100.0)
     kept = [*slow[:290], "keep", *slow[290:500], "restore", *slow[290:700], "reset", *slow[:400]]
-    changes = {each.__name__: insertion(100.0, each) for each in (faults, zeroed, stuck, in_tissue, other_needle)}
+    every = (faults, zeroed, stuck, in_tissue, tension, other_needle)
+    changes = {each.__name__: insertion(100.0, each) for each in every}
     return {"slow": slow, "fast": insertion(1000.0), "kept": kept, **changes}
 
 
@@ -73,7 +78,7 @@ def test_every_face_finds_the_same_events(found, face):
 def test_the_streams_have_every_kind_and_status(found):
     rows = [row for _, words, _ in found("c++").values() for row in words]
     assert {kind for kind, _ in rows} == {"none", "contact", "puncture", "sliding", "stop", "reversal", "exit"}
-    every = {"ok", "learning", "not_finite", "bad_time", "gap", "stuck", "unknown_zero"}
+    every = {"ok", "learning", "not_finite", "bad_time", "gap", "stuck", "unknown_zero", "wrong_sign"}
     assert {status for _, status in rows} == every
     assert found("c++")["kept"][2] == [["taken"]]
 

@@ -15,10 +15,11 @@ inline constexpr std::array<const char*, 7> event_kind_names{"none", "contact", 
 
 /// What the last sample was worth. `learning`: the noise is not known yet. `unknown_zero`: the stream began
 /// with a force, and where the tissue begins is not known. `stuck`: the force repeats itself while the needle
-/// moves.
-enum class StreamStatus { ok, learning, not_finite, bad_time, gap, stuck, unknown_zero };
-inline constexpr std::array<const char*, 7> stream_status_names{"ok",  "learning", "not_finite",  "bad_time",
-                                                                "gap", "stuck",    "unknown_zero"};
+/// moves. `wrong_sign`: a needle on its way inwards is pulled before it was ever pushed: tension is positive
+/// in this stream, or its zero has moved.
+enum class StreamStatus { ok, learning, not_finite, bad_time, gap, stuck, unknown_zero, wrong_sign };
+inline constexpr std::array<const char*, 8> stream_status_names{
+    "ok", "learning", "not_finite", "bad_time", "gap", "stuck", "unknown_zero", "wrong_sign"};
 
 /// An event found while it happens, in the zero of the stream's own depth and in the time since its start.
 struct Detection {

@@ -64,6 +64,8 @@ class EventDetector {
   double time() const noexcept { return time_; }
   /// Standard deviation of a reading now [N].
   double noise() const noexcept { return noise_.sd(std::max(settings_.force_noise, free_noise_)); }
+  /// What the sensor reads without a force, as far as that is known: its level in free travel [N].
+  double zero() const noexcept { return zero_; }
   /// The fall that would be a puncture now, if it came between two readings [N].
   double needed_fall() const noexcept { return std::max(needed(), significant(0)); }
   /// Share of its recent force that the needle still meets: 1 while the force holds or grows, less within
@@ -169,14 +171,15 @@ class EventDetector {
     where_since_ = calm_ = time_;
     quiet_ = calm_at_ = low_at_ = felt_;
     peak_ = lost_ = 0.0;
-    falling_ = false;
+    falling_ = pulled_ = false;
   }
 
   void look_for_contact(double force) noexcept {
     const double sd = noise();
     free_noise_ = std::max(settings_.force_noise, std::min(sd, free_noise_ > 0.0 ? free_noise_ : sd));
     if (force <= zero_ + 2.0 * sd) quiet_ = felt_;
-    if (force <= zero_ + 3.0 * sd) {
+    look_for_pull(force);
+    if (force <= zero_ + 3.0 * sd && !pulled_) {
       const double gain = std::max(interval_ / RunningNoise::memory, 1.0 / (zero_count_ + 1.0));
       zero_ += gain * (force - zero_);
       zero_count_ += 1.0;
@@ -193,6 +196,18 @@ class EventDetector {
       zero_known_ = true;
       return enter(Where::inside);
     }
+  }
+
+  /// Nothing pulls a needle inwards before tissue was pushed. Until the force is back its zero is not
+  /// followed: it would follow the tissue.
+  void look_for_pull(double force) noexcept {
+    if (pulled_) {
+      pulled_ = force < zero_ - 3.0 * free_noise_;
+      return;
+    }
+    if (!course_.inwards() || course_.resting() || !windows_.available(0)) return;
+    const double pull = zero_ - windows_.calm_now(0);
+    pulled_ = pull > std::max(settings_.contact_force, significant(0));
   }
 
   /// Standard deviations that noise hardly exceeds, of a difference between two means and its own.
@@ -293,6 +308,8 @@ class EventDetector {
       status_ = StreamStatus::stuck;
     else if (where_ == Where::inside && !zero_known_)
       status_ = StreamStatus::unknown_zero;
+    else if (pulled_)
+      status_ = StreamStatus::wrong_sign;
   }
   /// No innovation across a gap; the noise is known less well. A fall and a speed across it are means over
   /// it, unless it is long.
@@ -356,9 +373,9 @@ class EventDetector {
     noise_.check(check);
     queue_.check(check);
     readings_.check(check, fresh.readings_);
-    check.word("status", status_, StreamStatus::unknown_zero);
+    check.word("status", status_, StreamStatus::wrong_sign);
     check.word("where", where_, Where::inside);
-    for (const bool* flag : {&started_, &falling_, &was_stuck_, &zero_known_, &fall_is_sure_})
+    for (const bool* flag : {&started_, &falling_, &was_stuck_, &zero_known_, &fall_is_sure_, &pulled_})
       check.flag("flags", *flag);
     check.require("falling", fall_length_ < FallWindows::lengths);
     check.number("parts", parts_, 0.0, largest_in_a_state);
@@ -384,7 +401,7 @@ class EventDetector {
   StreamStatus status_ = StreamStatus::learning;
   Where where_ = Where::unknown;
   bool started_ = false, falling_ = false, was_stuck_ = false, zero_known_ = false;
-  bool fall_is_sure_ = false;
+  bool fall_is_sure_ = false, pulled_ = false;
   double time_ = 0.0, since_ = 0.0, interval_ = 0.0;
   double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0;
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;

@@ -13,11 +13,11 @@
 
 namespace needleforce::online {
 
-/// Where the needle is and what the sensor reads there; whether the law holds now, and whether the needle is
-/// outside of any tissue.
+/// Where the needle is and the force there; whether the law holds now, whether the needle is outside of any
+/// tissue, and whether neither is known. `size` is that of the force lately, also where it has just fallen.
 struct Moment {
-  double depth = 0.0, force = 0.0, mean_force = 0.0, noise = 0.0;
-  bool by_law = false, outside = false;
+  double depth = 0.0, force = 0.0, mean_force = 0.0, size = 0.0, noise = 0.0;
+  bool by_law = false, outside = false, unknown = false;
 };
 using Forces = Mixture<Hypotheses::most + 2>;
 
@@ -55,8 +55,7 @@ class ExpectedForce {
     const double noise = now_.noise;
     if (now_.outside) return forces.add(weight, 0.0, noise * noise);
     if (!now_.by_law) {
-      const double travel = std::abs(depth - now_.depth);
-      const double walk = std::abs(now_.force) * std::min(1.0, travel / 2e-3);
+      const double walk = walks(std::abs(depth - now_.depth));
       return forces.add(weight, now_.force, walk * walk + noise * noise);
     }
     const bool no_contact = bank_[m].late && law_.pierced > 0 && law_.late_from == LayeredForce::nowhere;
@@ -67,7 +66,13 @@ class ExpectedForce {
     add_by_law(forces, (1.0 - begins) * weight, m, depth, 0.0);
     add_by_law(forces, begins * weight, m, depth, 0.5 * next_contact_ * travel);
   }
-
+  /// How far a force without a law may go [N]; of an unknown zero or sign as a contact that is a millimetre
+  /// old.
+  double walks(double travel) const noexcept {
+    if (!now_.unknown) return now_.size * std::min(1.0, travel / 1e-3);
+    const double grown = 1.0 + travel / 1e-3;
+    return std::hypot(0.5 * now_.size * (grown * grown - 1.0), 1e5 * law_.contact().force(travel));
+  }
   /// Parameters of one hypothesis, and of the residual now what is still correlated.
   void add_by_law(Forces& forces, double weight, std::size_t m, double depth, double more) const noexcept {
     const TissueEstimate& each = bank_[m];

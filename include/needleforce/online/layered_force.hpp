@@ -27,6 +27,7 @@ class LayeredForce {
   double intact_from = 0.0;    ///< where the tip may have met the layer that is intact [m]
   double late_from = nowhere;  ///< where the force showed that it did [m]
   bool outwards = false;
+  bool zero_moved = false;  ///< before the first puncture
   static constexpr double nowhere = 1e9;
 
   /// Depth of the contact at which its modulus is that of the law, whatever its power [m].
@@ -39,7 +40,7 @@ class LayeredForce {
     pierced = 0;
     intact_from = 0.0;
     late_from = nowhere;
-    outwards = false;
+    outwards = zero_moved = false;
   }
   /// Where the layer whose puncture was here began: where the force showed it, or half way.
   double pierce(double depth) noexcept {
@@ -91,7 +92,10 @@ class LayeredForce {
     Slots by{};
     const ContactSlots contact = of_contact(prior, contact_from(prior), depth);
     std::copy(contact.begin(), contact.end(), by.begin());
-    if (pierced == 0) return by;
+    if (pierced == 0) {
+      by[slot::cutting] = zero_moved ? 1.0 : 0.0;
+      return by;
+    }
     if (outwards)
       by[slot::shift] = -1.0;  // where the first layer begins is not exactly known
     else

@@ -81,7 +81,9 @@ class OnlineIdentifier {
   const OnlineSettings& settings() const noexcept { return settings_; }
   const OnlinePrior& prior() const noexcept { return tissue_.prior; }
   double depth() const noexcept { return depth_; }
-  double force() const noexcept { return force_; }
+  double force() const noexcept { return force_ + watch_.zero(); }
+  /// What the sensor reads without a force [N].
+  double zero() const noexcept { return watch_.zero(); }
   double speed() const noexcept { return speed_; }
   /// Where the tissue begins [m]: the event's depth, moved by what the contact has shown.
   Learnt surface() const noexcept {
@@ -112,7 +114,8 @@ class OnlineIdentifier {
       const double like = like_earlier(depth) ? check_.likely() : 0.0;
       forces.add(1.0 - like, expected.at(depth));
       add_likeness(forces, like, depth);
-      result.at[i] = {depth, forces.quantile(0.5), forces.quantile(0.025), forces.quantile(0.975)};
+      const auto read = [&](double p) { return zero() + forces.quantile(p); };
+      result.at[i] = {depth, read(0.5), read(0.025), read(0.975)};
     }
     if (!follows_law() || tissue_.law.outwards) return result;
     result.puncture_probability = next.between(depth_, depth_ + travel);
@@ -124,13 +127,15 @@ class OnlineIdentifier {
 
  private:
   static constexpr double leap = 5e-3, fastest = 1.0;  // as the detector has it
+  // square of one innovation that no texture has: the sensor was re-zeroed, or a fall was too small to be one
+  static constexpr double leap_of_level = 64.0;
 
   void begin_anew() noexcept {
     regime_ = Regime::unknown;
     tissue_.begin();
     check_ = {};
     surprise_ = {};
-    withdraws_ = resting_ = false;
+    withdraws_ = resting_ = leapt_ = false;
     readings_.forget();
   }
 
@@ -220,11 +225,13 @@ class OnlineIdentifier {
       speed_ +=
           std::min(1.0, dt / watch_.settings().within) * ((depth - depth_) / std::max(dt, 1e-9) - speed_);
     started_ = true;
+    force -= watch_.zero();
     depth_ = depth;
     force_ = force;
     time_ += dt;
     take(event);
     if (regime_ == Regime::unknown && status() == events::StreamStatus::ok) regime_ = Regime::free;
+    if (regime_ == Regime::free && status() == events::StreamStatus::wrong_sign) regime_ = Regime::unknown;
     if (resting_ && std::abs(depth - rest_depth_) > settings_.spacing) resting_ = false;
     if (regime_ == Regime::rupture) watch_rupture();
     compare();
@@ -293,12 +300,23 @@ class OnlineIdentifier {
   // ---- what was read becomes known once no event can date from before it
 
   void settle_first() noexcept {
+    if (leapt_) return pass_leap();
     const Innovation found = tissue_.learn(readings_.first(), settings_.memory);
     readings_.drop_first();
     surprise_.add(found.squared);
     // a friction that is another outwards contradicts the law, but is no other tissue
-    if (tissue_.law.outwards || found.widening > 2.0) return;
-    if (surprise_.beyond(settings_.false_changes * std::max(settings_.spacing, 1e-6))) change();
+    if (tissue_.law.outwards) return;
+    const double chance = settings_.false_changes * std::max(settings_.spacing, 1e-6);
+    leapt_ = found.squared > leap_of_level;
+    if (leapt_ || (found.widening <= 2.0 && surprise_.beyond(chance))) change();
+  }
+  /// A leap may be in the middle of a reading, so that the next one has its rest.
+  void pass_leap() noexcept {
+    leapt_ = false;
+    readings_.drop_first();
+    readings_.part();
+    if (regime_ == Regime::contact)
+      tissue_.doubt_zero(std::abs(force_) + std::abs(tissue_.bank.last().force));
   }
   void settle_older(double time) noexcept {
     for (int i = 0; i < 2 && readings_.any() && readings_.time_of_first() < time; ++i) settle_first();
@@ -315,8 +333,10 @@ class OnlineIdentifier {
            (!tissue_.law.outwards || withdraws_);
   }
   ExpectedForce expected(const NextPuncture& next) const noexcept {
-    const Moment now{depth_,         force_,        readings_.mean_force(force_),
-                     watch_.noise(), follows_law(), regime_ == Regime::free};
+    const double size =
+        std::max(std::abs(force_), regime_ == Regime::rupture ? std::abs(rupture_force_) : 0.0);
+    const Moment now{depth_,         force_,        readings_.mean_force(force_), size,
+                     watch_.noise(), follows_law(), regime_ == Regime::free,      regime_ == Regime::unknown};
     return {tissue_.prior, settings_, tissue_.law, tissue_.bank, lately_, next, now, tissue_.next_contact()};
   }
 
@@ -382,7 +402,7 @@ class OnlineIdentifier {
   LayerLearnt rupture_{};
   Regime regime_ = Regime::unknown, whole_ = Regime::unknown;
   std::size_t changes_ = 0;
-  bool started_ = false, withdraws_ = false, resting_ = false;
+  bool started_ = false, withdraws_ = false, resting_ = false, leapt_ = false;
   double depth_ = 0.0, force_ = 0.0, time_ = 0.0, speed_ = 0.0, deepest_ = -1e9, rest_depth_ = 0.0;
   double fall_ = 0.0, turned_at_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
 };

@@ -101,6 +101,11 @@ class TissueLearnt {
     late_since_ = now.depth;
     bank.keep_late();
   }
+  /// Before the first puncture nothing is cut, so its parameter stands for a zero that has moved [N].
+  void doubt_zero(double size) noexcept {
+    law.zero_moved = true;
+    bank.expect(slot::cutting, {0.0, size});
+  }
   /// The friction has turned: outwards it may be another one, and where the tissue begins is not known
   /// exactly.
   void withdraw() noexcept {

@@ -30,6 +30,9 @@ class WaitingReadings {
     --count_;
   }
 
+  /// What comes first does not continue what came.
+  void part() noexcept { (any() ? queue_[0].reading.continues : broken_) = !any(); }
+
   void add(double force, double depth) noexcept {
     if (open_.count == 0.0) open_.from = depth;
     open_.count += 1.0;

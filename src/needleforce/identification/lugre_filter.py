@@ -94,6 +94,9 @@ class LuGreFilter:
         first samples decay.
     bristle_walk : float
         Random walk of the deflection [m/sqrt(s)], 0 or more.
+    cutting_spread : float, optional
+        Standard deviation [N] of a cutting force that is estimated as well, from 0 on; None: the force is friction
+        alone. It is the eighth state.
     held : bool
         Keep the parameters at their start and correct only the deflection. The covariance is then that of known
         parameters. If it is False and the motion contains little information, the linearisation follows the noise and
@@ -106,7 +109,9 @@ class LuGreFilter:
     limits : numpy.ndarray
         F_c [N/m], F_s [N/m] and v_s [m/s], (3,).
     covariance : numpy.ndarray
-        Covariance (7, 7) of sigma_0 zeta [N/m] and the logarithms of the parameters.
+        Covariance (7, 7) of sigma_0 zeta [N/m] and the logarithms of the parameters, (8, 8) with a cutting force.
+    cutting : float
+        Cutting force [N].
 
     Raises
     ------
@@ -122,6 +127,7 @@ class LuGreFilter:
         spread: float = 0.5,
         parameter_walk: float = 0.01,
         bristle_walk: float = 0.0,
+        cutting_spread: float | None = None,
         held: bool = False,
     ):
         given = {"noise": noise, "spread": spread, "parameter_walk": parameter_walk, "bristle_walk": bristle_walk}
@@ -133,8 +139,9 @@ class LuGreFilter:
         self.state = np.array([0.0, start.bristle_stiffness, start.bristle_damping, start.viscous])
         self.limits = np.array([start.coulomb, start.static_friction, start.stribeck_speed])
         self.held = held
-        self.covariance = np.diag([0.0] + 6 * [spread**2]).astype(float)
-        self.walk = np.array([bristle_walk] + 6 * [parameter_walk]) ** 2
+        self.cutting, others = 0.0, [] if cutting_spread is None else [float(cutting_spread)]
+        self.covariance = np.diag(np.array([0.0, *(6 * [spread]), *others]) ** 2)
+        self.walk = np.array([bristle_walk, *(6 * [parameter_walk]), *(parameter_walk * each for each in others)]) ** 2
         self.forget()
 
     @property
@@ -149,7 +156,9 @@ class LuGreFilter:
         self.covariance[0, 0] = self.limits[1] ** 2
         self.deflection_covariance = self.covariance[:1, :1].copy()  # of sigma_0 zeta with known parameters
 
-    def step(self, velocity: float, traction: float, dt: float, noise: float | None = None) -> FilterStep:
+    def step(
+        self, velocity: float, traction: float, dt: float, noise: float | None = None, cuts: float = 0.0
+    ) -> FilterStep:
         """Process one sample.
 
         Parameters
@@ -162,6 +171,8 @@ class LuGreFilter:
             Time step [s], 0 or more.
         noise : float, optional
             Standard deviation of this traction [N/m]. Default: that of the filter.
+        cuts : float
+            What the cutting force contributes to it [1/m]: 1 over the embedded length where the tip cuts, else 0.
 
         Returns
         -------
@@ -173,32 +184,44 @@ class LuGreFilter:
         self._predict(velocity, dt)
         if not np.isfinite(traction):
             return FilterStep(np.nan, np.nan, False)
-        return self._correct(velocity, traction, (self.noise if noise is None else noise) ** 2)
+        return self._correct(velocity, traction, (self.noise if noise is None else noise) ** 2, cuts)
 
     def _predict(self, velocity: float, dt: float) -> None:
         g = limit(velocity, self.limits, self.exponent)
         before, stiffness = _by_coordinates(self.state), self.state[1]
         self.state, own, by_limit = predicted(self.state, velocity, dt, g.value)
-        jacobian = np.eye(7)
+        jacobian = np.eye(len(self.covariance))
         jacobian[0, :4] = stiffness * own[0] @ before
         jacobian[0, 1] += stiffness * self.state[0]
-        jacobian[0, 4:] = stiffness * by_limit * g.slopes @ _by_log_limits(self.limits)
-        walk = np.diag(self.walk * dt) * np.array([stiffness] + 6 * [1.0]) ** 2
+        jacobian[0, 4:7] = stiffness * by_limit * g.slopes @ _by_log_limits(self.limits)
+        walk = np.diag(self.walk * dt)
+        walk[0, 0] *= stiffness**2
         self.covariance = jacobian @ self.covariance @ jacobian.T + walk
         self.deflection_covariance = own[0, 0] ** 2 * self.deflection_covariance + walk[0, 0]
 
-    def _correct(self, velocity: float, traction: float, noise: float) -> FilterStep:
-        moved = np.zeros(7)
+    def expected(self, velocity: float, cuts: float = 0.0) -> tuple[float, float]:
+        """Traction [N/m] at a velocity [m/s] with this deflection, and its variance."""
+        traction, slopes = self._expected(np.zeros(len(self.covariance)), velocity, cuts)
+        return traction, float(slopes @ self.covariance @ slopes)
+
+    def _expected(self, moved: np.ndarray, velocity: float, cuts: float) -> tuple[float, np.ndarray]:
+        state, limits = _moved(self.state, self.limits, moved[:7])
+        friction, slopes = _expected(state, limits, velocity, self.exponent)
+        others = np.full(len(moved) - 7, cuts)
+        return friction + float(others @ (self.cutting + moved[7:])), np.concatenate([slopes, others])
+
+    def _correct(self, velocity: float, traction: float, noise: float, cuts: float) -> FilterStep:
+        moved = np.zeros(len(self.covariance))
         for iteration in range(N_ITERATIONS):
-            state, limits = _moved(self.state, self.limits, moved)
-            expected, slopes = _expected(state, limits, velocity, self.exponent)
+            expected, slopes = self._expected(moved, velocity, cuts)
             gain, after, variance = joseph(self.covariance, slopes, noise)
             held_gain, held_after, _ = joseph(self.deflection_covariance, slopes[:1], noise)
             if iteration == 0:
                 step = FilterStep(float(traction - expected), variance, True)
-            gain = np.append(held_gain, np.zeros(6)) if self.held else gain
+            gain = np.append(held_gain, np.zeros(len(gain) - 1)) if self.held else gain
             moved = gain * (traction - expected + slopes @ moved)
-        self.state, self.limits = _moved(self.state, self.limits, moved)
+        self.state, self.limits = _moved(self.state, self.limits, moved[:7])
+        self.cutting += float(moved[7:].sum())
         self.covariance, self.deflection_covariance = after, held_after
         return step
 

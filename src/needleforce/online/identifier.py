@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Parameters of a tissue while the needle moves, and the force ahead of it."""
 
+import copy
 import math
 from typing import Any
 
@@ -9,15 +10,18 @@ import numpy as np
 from .. import core
 from ..checks import within
 from ..display.result import Printed
+from ..errors import InputError
 from ..identification.estimates import Estimate, Parameters
 from ..identification.statistics.noise import TWO_SIDED
 from ..models.model import Model
 from .force_ahead import ForceAhead
+from .lugre_model import LuGreModel
 from .prior import GENERIC, Prior, core_identifier, prior_of
 
 MAX_VARIANCE_RATIO = 0.5  # of the prior's; below, the motion informs at least as much as the prior
 MAX_SHARE = 0.5  # half width over value, where there was no prior
 LONGEST = 0.1  # [m]
+MODELS = ("layered", "lugre")
 LONGEST_FORESEEN = 0.5  # [m]: a puncture that is likelier beyond may never come
 
 
@@ -30,6 +34,9 @@ class OnlineIdentifier(Printed):
         What is expected of the tissue: a model, such as ``nf.preset("paper")``, within a factor of three for each
         parameter; a fit or recordings of the same tissue, with the scatter between them; or nothing. A prior that the
         motion contradicts is given up.
+    model : str
+        ``"layered"``, the law of layers in the core, or ``"lugre"``, which has the same contact and events, and behind
+        the first puncture the LuGre filters for one friction along the shaft; a step takes up to 1 ms there, in Python.
     **settings
         Of ``core.OnlineSettings`` and ``core.EventSettings``, such as ``memory`` or ``false_alarms``.
 
@@ -41,12 +48,17 @@ class OnlineIdentifier(Printed):
     Raises
     ------
     InputError
-        If the prior is none of these, or a setting is outside its range.
+        If the prior or the model is none of these, or a setting is outside its range.
     """
 
-    def __init__(self, prior: Any = None, **settings: float):
+    def __init__(self, prior: Any = None, *, model: str = "layered", **settings: float):
+        if model not in MODELS:
+            raise InputError("model", model, f"not one of {', '.join(MODELS)}", next_step="Give one of these.")
         self.prior = prior_of(prior)
         self._core = core_identifier(self.prior, **settings)
+        start = getattr(self.prior.model, "friction", None)
+        start = start if isinstance(start, core.laws.Lugre) else None
+        self._lugre = LuGreModel(start, self._core.settings.roughness) if model == "lugre" else None
 
     def step(self, force: float, depth: float, dt: float) -> core.Detection | None:
         """One sample; it never raises for a number.
@@ -65,12 +77,15 @@ class OnlineIdentifier(Printed):
         Detection or None
             An event, as ``EventDetector.step`` returns it.
         """
-        return self._core.step(force, depth, dt)
+        event = self._core.step(force, depth, dt)
+        if self._lugre is not None:
+            self._lugre.see(self._core, depth, dt)
+        return event
 
     def copy(self) -> "OnlineIdentifier":
         """Another one that has seen the same."""
         other = object.__new__(type(self))
-        other.prior, other._core = self.prior, self._core.copy()
+        other.prior, other._core, other._lugre = self.prior, self._core.copy(), copy.deepcopy(self._lugre)
         return other
 
     def save(self) -> bytes:
@@ -96,6 +111,8 @@ class OnlineIdentifier(Printed):
     def reset(self) -> None:
         """Back to before the first sample."""
         self._core.reset()
+        if self._lugre is not None:
+            self._lugre.reset()
 
     @property
     def status(self) -> str:
@@ -120,6 +137,9 @@ class OnlineIdentifier(Printed):
             layer = self._core.layer(k)
             if layer["touched"]:
                 found += self._of_layer(k, layer)
+        if self._lugre is not None and self._lugre.filter is not None:
+            found = [each for each in found if not each.name.endswith(("friction_per_length", "cutting_force"))]
+            found += self._lugre.estimates()
         return Parameters({each.name: each for each in found})
 
     def _of_layer(self, k: int, layer: dict) -> list[Estimate]:
@@ -177,6 +197,8 @@ class OnlineIdentifier(Printed):
         """
         distance = within("distance", distance, 1e-6, LONGEST, "m", next_step="Give the travel ahead in m.")
         found = self._core.ahead(distance)
+        if self._lugre is not None and self._lugre.follows(self._core):
+            found = self._lugre.ahead(self._core, found, distance)
         depth, low, high = found["puncture"]
         foreseen = 0.0 < depth - found["depth"][0] < LONGEST_FORESEEN
         puncture = Estimate("next_puncture", depth, "m", low, high, source=self.prior.source) if foreseen else None

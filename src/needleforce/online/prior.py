@@ -215,7 +215,7 @@ def _below_contact(recording: Recording) -> tuple[np.ndarray, np.ndarray] | None
     deepest = int(np.argmax(recording.depth)) + 1
     depth, force = recording.depth[:deepest], recording.force[:deepest]
     new = np.flatnonzero(np.diff(np.maximum.accumulate(depth), prepend=-np.inf) > 0.0)
-    return depth[new] - event.depth, force[new]
+    return depth[new] - event.depth, force[new] - watch.zero
 
 
 def _next_layer(rows: list[dict[str, Expected]]) -> dict[str, Expected]:
