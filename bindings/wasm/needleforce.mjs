@@ -245,7 +245,7 @@ function eventDetectorOf(module) {
         refuse(quantity, value, reason);
       }
       this.#event = new EventAt(core, core.calls.event_at());
-      this.#statuses = core.words("stream_status_name", 7);
+      this.#statuses = core.words("stream_status_name", 8);
     }
 
     /**

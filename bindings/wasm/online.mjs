@@ -65,7 +65,7 @@ export function onlineIdentifierOf(module) {
         const { layer, law, quantity, value, reason } = core.fault();
         refuse(law === "prior" ? `prior layer ${layer + 1}, ${quantity}` : quantity, value, reason);
       }
-      this.#statuses = core.words("stream_status_name", 7);
+      this.#statuses = core.words("stream_status_name", 8);
       this.#regimes = core.words("regime_name", 8);
       const at = core.calls.known_at();
       this.#event = new EventAt(core, at + 8 * 66);

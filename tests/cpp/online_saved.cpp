@@ -18,13 +18,13 @@ using namespace needleforce;
 using online::OnlineIdentifier;
 using online::OnlinePrior;
 
-struct Sample3 {
+struct LearnerReading {
   double force, depth, dt;
 };
 
 /// By formula through two layers and out, with noise, a reading that is none and a gap.
-std::vector<Sample3> stream() {
-  std::vector<Sample3> samples;
+std::vector<LearnerReading> learner_stream() {
+  std::vector<LearnerReading> samples;
   double depth = 0.0, noise = 0.0;
   for (int i = 0; i < 2400; ++i) {
     depth += i < 1200 ? 1e-5 : i < 1400 ? 0.0 : -1.2e-5;
@@ -66,7 +66,7 @@ TEST(OnlineInC, LearnsToTheBitAsInCpp) {
   nf_online* online = given.made({{"fall", 0.2}, {"memory", 4e-3}});
   ASSERT_NE(online, nullptr);
   int punctures = 0;
-  for (const auto& [force, depth, dt] : stream()) {
+  for (const auto& [force, depth, dt] : learner_stream()) {
     nf_event event;
     punctures += nf_online_step(online, force, depth, dt, &event) == NF_PUNCTURE;
     ASSERT_EQ(event.kind, int(same.step(force, depth, dt).kind));
@@ -130,7 +130,7 @@ TEST(OnlineInC, SnapshotIsTakenBackAndOneOfAnotherPriorIsNot) {
   std::vector<unsigned char> bytes(nf_online_snapshot_size());
   nf_event event;
   nf_layer_learnt before, after;
-  const auto samples = stream();
+  const auto samples = learner_stream();
   for (std::size_t i = 0; i < 800; ++i)
     nf_online_step(online, samples[i].force, samples[i].depth, samples[i].dt, &event);
   nf_online_layer(online, 0, &before);
@@ -149,7 +149,7 @@ TEST(OnlineInC, SnapshotIsTakenBackAndOneOfAnotherPriorIsNot) {
 
 TEST(OnlineSaved, PlantedBytesAreRefusedOrGiveFiniteNumbers) {
   constexpr double infinite = std::numeric_limits<double>::infinity();
-  const auto samples = stream();
+  const auto samples = learner_stream();
   OnlineIdentifier learner(prior());
   for (std::size_t i = 0; i < 800; ++i) learner.step(samples[i].force, samples[i].depth, samples[i].dt);
   const auto saved = std::make_unique<OnlineIdentifier::Saved>(learner.save());

@@ -96,7 +96,8 @@ SIMULATED = ["version", "fingerprint", "parameter", "sneddon", "tips", "tip", "n
              "foundation", "bevel", "sample", "state_check", "returnable_slip", "noisy_depth", "relaxation", "memory",
              "rupture", "law", "laws", "laws/all", "dispatch", "model", "model_fingerprint", "state_bytes", "limits",
              "state", "layer", "model_swap", "prepared_insertion", "insertion", "batch", "bending", "sliding", "solid",
-             "exchange", "live", "guard_settings", "energy_controller", "guard", "flight_recorder", "base_guard"]  # fmt: skip
+             "exchange", "live", "guard_settings", "energy_controller", "guard", "flight_recorder",
+             "base_guard"]  # fmt: skip
 # what looks for events depends on no engine
 WATCHED = ["version", "fingerprint", "state_bytes", "sample", "state_check", "parameter", "events"]
 LEARNT = [*SIMULATED, "events", "online"]

@@ -10,8 +10,8 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 393,
-    "lines": 76_200,
+    "Python files": 394,
+    "lines": 76_400,
     "modules with one importer": 52,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 11,

@@ -10,6 +10,7 @@
 #include "../events/event_detector.hpp"
 #include "../state_bytes.hpp"
 #include "../state_check.hpp"
+#include "breaking_layer.hpp"
 #include "expected_force.hpp"
 #include "force_ahead.hpp"
 #include "likeness.hpp"
@@ -97,7 +98,8 @@ class OnlineIdentifier {
 
   /// Layer `k` from the surface, 0 the first. Wait-free.
   LayerLearnt layer(std::size_t k) const noexcept {
-    if (regime_ == Regime::rupture && k == pierced()) return tissue_.breaking(puncture(), {depth_, force_});
+    if (regime_ == Regime::rupture && k == pierced())
+      return tissue_.breaking(breaking_.layer(force_), {depth_, force_});
     return tissue_.layer(k);
   }
 
@@ -178,30 +180,20 @@ class OnlineIdentifier {
     settle(event.depth);
     interrupt();
     if (regime_ == Regime::contact) tissue_.keep_surface(depth_);
-    whole_ = regime_;
-    rupture_.probability = event.probability;
-    rupture_.puncture_depth = event.depth;
-    rupture_.puncture_force = force_ + event.size;
+    breaking_.begin(event, force_, regime_);
     regime_ = Regime::rupture;
-    fall_ = event.size;
   }
   void end_rupture(double depth) noexcept {
     if (regime_ != Regime::rupture) return;
     regime_ = Regime::sliding;
-    if (!tissue_.pierce(puncture(), depth, {depth_, force_})) return change();
+    if (!tissue_.pierce(breaking_.layer(force_), depth, {depth_, force_})) return change();
     interrupt();
-  }
-  LayerLearnt puncture() const noexcept {
-    LayerLearnt puncture = rupture_;
-    const double left = rupture_.puncture_force > 0.0 ? force_ / rupture_.puncture_force : 0.0;
-    puncture.remaining = std::clamp(left, 0.0, 1.0);
-    return puncture;
   }
   /// Outwards, or inwards again.
   void turn(double depth) noexcept {
     settle(1e9);
-    if (regime_ == Regime::rupture && rupture_.probability > 0.5) end_rupture(depth);
-    if (regime_ == Regime::rupture) regime_ = whole_;  // the force fell because the needle turned
+    if (regime_ == Regime::rupture && breaking_.likely()) end_rupture(depth);
+    if (regime_ == Regime::rupture) regime_ = breaking_.whole();  // the force fell because the needle turned
     tissue_.law.outwards = depth_ < depth;
     tissue_.go_in();
     turned_at_ = depth;
@@ -241,12 +233,10 @@ class OnlineIdentifier {
     collect(force, depth);
     settle_older(time_ - watch_.settings().within);
   }
-  /// A fall that comes back, beyond what noise makes of it, was none; one that stays without having been
-  /// confirmed is one after a millimetre.
   void watch_rupture() noexcept {
-    if (force_ > rupture_.puncture_force - 0.25 * fall_ + 2.0 * watch_.noise())
-      regime_ = whole_;
-    else if (depth_ - rupture_.puncture_depth > 1e-3)
+    if (breaking_.came_back(force_, watch_.noise()))
+      regime_ = breaking_.whole();
+    else if (breaking_.stays(depth_))
       end_rupture(depth_);
   }
   /// Whether a force is expected here that depends on the parameters.
@@ -334,7 +324,7 @@ class OnlineIdentifier {
   }
   ExpectedForce expected(const NextPuncture& next) const noexcept {
     const double size =
-        std::max(std::abs(force_), regime_ == Regime::rupture ? std::abs(rupture_force_) : 0.0);
+        std::max(std::abs(force_), regime_ == Regime::rupture ? std::abs(breaking_.whole_force()) : 0.0);
     const Moment now{depth_,         force_,        readings_.mean_force(force_), size,
                      watch_.noise(), follows_law(), regime_ == Regime::free,      regime_ == Regime::unknown};
     return {tissue_.prior, settings_, tissue_.law, tissue_.bank, lately_, next, now, tissue_.next_contact()};
@@ -384,12 +374,13 @@ class OnlineIdentifier {
     check_.check(check);
     lately_.check(check);
     surprise_.check(check);
-    for (const Regime each : {regime_, whole_}) check.word("regime", each, Regime::rest);
-    for (const bool* flag : {&started_, &withdraws_, &resting_}) check.flag("flags", *flag);
-    check.numbers("numbers",
-                  std::array{depth_, force_, time_, speed_, deepest_, rest_depth_, rupture_depth_,
-                             rupture_force_, rupture_probability_, lowest_, lowest_depth_, fall_, turned_at_},
-                  1e15);
+    breaking_.check(check);
+    check.word("regime", regime_, Regime::rest);
+    for (const bool* flag : {&started_, &withdraws_, &resting_, &leapt_}) check.flag("flags", *flag);
+    check.numbers(
+        "numbers",
+        std::array{depth_, force_, time_, speed_, deepest_, rest_depth_, lowest_, lowest_depth_, turned_at_},
+        1e15);
   }
 
   OnlineSettings settings_;
@@ -399,12 +390,12 @@ class OnlineIdentifier {
   LawOrLikeness<Forces> check_{};
   SlopeLately lately_{};
   Surprise surprise_{};
-  LayerLearnt rupture_{};
-  Regime regime_ = Regime::unknown, whole_ = Regime::unknown;
+  BreakingLayer breaking_{};
+  Regime regime_ = Regime::unknown;
   std::size_t changes_ = 0;
   bool started_ = false, withdraws_ = false, resting_ = false, leapt_ = false;
   double depth_ = 0.0, force_ = 0.0, time_ = 0.0, speed_ = 0.0, deepest_ = -1e9, rest_depth_ = 0.0;
-  double fall_ = 0.0, turned_at_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
+  double turned_at_ = 0.0, lowest_ = 1e9, lowest_depth_ = 0.0;
 };
 
 }  // namespace needleforce::online

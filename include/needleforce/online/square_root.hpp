@@ -102,7 +102,7 @@ class SquareRoot {
     unit[i] = 1.0;
     return variance(unit);
   }
-  /// Looks at one from outside, of `size` parameters: what it says of them is finite.
+  /// Looks at one from outside, of `size` parameters: what it knows of them is finite.
   void check(StateCheck& check, std::size_t size) const noexcept {
     check.require("information", size_ == size);
     if (check.fault()) return;

@@ -18,6 +18,14 @@ struct LayerLearnt {
   Learnt modulus{}, cutting{}, friction{};
   double top = 0.0, puncture_depth = 0.0, puncture_force = 0.0, remaining = 0.0, probability = 0.0;
   bool touched = false, pierced = false;
+
+  void check(StateCheck& check) const noexcept {
+    for (const Learnt& known : {modulus, cutting, friction}) check.numbers("layers", known);
+    check.numbers("layers", std::array{top, puncture_depth, puncture_force}, 1e9);
+    check.number("layers", remaining, 0.0, 1.0);
+    check.number("layers", probability, 0.0, 1.0);
+    for (const bool* flag : {&touched, &pierced}) check.flag("layers", *flag);
+  }
 };
 
 /// A place and the force there.
@@ -186,13 +194,7 @@ class TissueLearnt {
     check.numbers("layers", surface_, 1e15);
     check.number("layers", noise_, 0.0, 1e9);
     check.numbers("layers", std::array{rise_, late_since_}, 1e15);
-    for (const LayerLearnt& each : layers_) {
-      for (const Learnt& known : {each.modulus, each.cutting, each.friction}) check.numbers("layers", known);
-      check.numbers("layers", std::array{each.top, each.puncture_depth, each.puncture_force}, 1e9);
-      check.number("layers", each.remaining, 0.0, 1.0);
-      check.number("layers", each.probability, 0.0, 1.0);
-      for (const bool* flag : {&each.touched, &each.pierced}) check.flag("layers", *flag);
-    }
+    for (const LayerLearnt& each : layers_) each.check(check);
     if (check.fault()) return;
     bank.check(check, prior_known(), law.pierced);
   }
@@ -231,10 +233,10 @@ class TissueLearnt {
     if (!touches(h)) return surface_;
     const double unit = law.contact().force(h), by_law = h * law.contact().slope(h) / unit;
     const double power = std::clamp(by_law + bank.learnt(slot::power, {}).value / stiff, 0.8, 3.0);
-    const double unseen = 0.9 * h * std::min(std::pow(2.0 * noise_ / (stiff * unit), 1.0 / power), 1.0);
+    const double in_noise = 0.9 * h * std::min(std::pow(2.0 * noise_ / (stiff * unit), 1.0 / power), 1.0);
     // or the contact has the power of its law, and began higher
-    const double higher = std::max(h * (by_law / power - 1.0) - unseen, 0.0);
-    return {law.tops[0] - unseen, std::max(std::hypot(0.65 * unseen, 0.55 * higher), surface_.sd), 0.0};
+    const double higher = std::max(h * (by_law / power - 1.0) - in_noise, 0.0);
+    return {law.tops[0] - in_noise, std::max(std::hypot(0.65 * in_noise, 0.55 * higher), surface_.sd), 0.0};
   }
   /// Force of the contact over that of its law with a modulus of 1; none before it begins.
   Slots secant(double h) const noexcept {
@@ -253,8 +255,8 @@ class TissueLearnt {
     power_known_ = true;
     const double modulus = std::max(reading.force / unit, 1.0);
     bank.know(slot::power, {0.0, power_sd * modulus});
-    const double unseen = std::min(law.contact().indentation(2.0 * noise_ / modulus), h);
-    bank.know(slot::shift, {0.5 * unseen * modulus, std::max(unseen, 5e-5) * modulus});
+    const double in_noise = std::min(law.contact().indentation(2.0 * noise_ / modulus), h);
+    bank.know(slot::shift, {0.5 * in_noise * modulus, std::max(in_noise, 5e-5) * modulus});
   }
   /// A rise that friction does not explain: the next layer began where the sum of the residuals last was
   /// none.

@@ -18,8 +18,8 @@ PARAMETERS = ("bristle_stiffness", "bristle_damping", "viscous", "coulomb", "sta
 KNOWN_SPREAD, UNKNOWN_SPREAD = 0.56, 1.0  # of the logarithms: a factor of three with a prior, of seven without
 PARAMETER_WALK = 0.1  # of the logarithms [1/sqrt(s)]: less leaves early errors in narrow intervals
 CORRELATION = 2e-4  # of the texture [m]: samples that are closer are one
-MOST_ALIKE = 1e4  # samples that count as one where the needle hardly moves
-LEAST_LENGTH = 1e-3  # embedded [m]
+MAX_CORRELATED = 1e4  # samples that count as one where the needle hardly moves
+MIN_LENGTH = 1e-3  # embedded [m]
 COMPARED_OVER = 1e-3  # [m]: a force that was foreseen is compared with the one that came
 CUTS_WITHIN = 2e-5  # of the deepest point [m]
 SLOWEST = 1e-4  # [m/s] at which a needle that rests is expected to continue
@@ -68,7 +68,7 @@ class LuGreModel:
             self.reset()
         elif online.regime not in FOLLOWED or online.status != "ok":
             self._forget()
-        elif depth - online.surface[0] > LEAST_LENGTH:
+        elif depth - online.surface[0] > MIN_LENGTH:
             self._begin(online, depth)
             if before is not None:
                 self._learn(online, before, dt)
@@ -91,13 +91,13 @@ class LuGreModel:
 
     def _learn(self, online: Any, before: tuple[float, float], dt: float) -> None:
         (force, depth), top = self.last, online.surface[0]
-        middle, length = 0.5 * (force + before[0]), max(0.5 * (depth + before[1]) - top, LEAST_LENGTH)
+        middle, length = 0.5 * (force + before[0]), max(0.5 * (depth + before[1]) - top, MIN_LENGTH)
         travel = depth - before[1]
         cuts = 1.0 / length if travel > 0.0 and depth >= self.deepest - CUTS_WITHIN else 0.0
         if travel != 0.0:
             self.inwards = travel > 0.0
-        alike = min(max(1.0, 2.0 * CORRELATION / max(abs(travel), 1e-12)), MOST_ALIKE)
-        sd = math.hypot(online.noise, math.sqrt(alike * self.scale) * self.roughness * middle)
+        correlated = min(max(1.0, 2.0 * CORRELATION / max(abs(travel), 1e-12)), MAX_CORRELATED)
+        sd = math.hypot(online.noise, math.sqrt(correlated * self.scale) * self.roughness * middle)
         found = self.filter.step(travel / dt, middle / length, 0.5 * dt, sd / length, cuts)
         self.filter.step(travel / dt, math.nan, 0.5 * dt)
         self._size_up(found.innovation / math.sqrt(found.variance), depth)
@@ -131,7 +131,7 @@ class LuGreModel:
         speed, rows = direction * max(abs(online.speed), SLOWEST), []
         for gone, step in zip(travels, np.diff(travels, prepend=0.0), strict=True):
             depth = online.depth + direction * gone
-            length = max(depth - online.surface[0], LEAST_LENGTH)
+            length = max(depth - online.surface[0], MIN_LENGTH)
             run.step(speed, math.nan, step / abs(speed))
             traction, variance = run.expected(speed, 1.0 / length if depth > self.deepest - CUTS_WITHIN else 0.0)
             rough = self.scale * (self.roughness * length * traction) ** 2
@@ -158,12 +158,12 @@ class LuGreModel:
         by_logs[4, 3:5] = coulomb / static, 1.0 - coulomb / static
         spread = np.sqrt(np.einsum("ij,jk,ik->i", by_logs, covariance[1:7, 1:7], by_logs) * self.wider)
         units = {row["name"]: row["unit"] for row in law.table()}
-        most = math.sqrt(MAX_VARIANCE_RATIO) * self.filter.spread
+        max_sd = math.sqrt(MAX_VARIANCE_RATIO) * self.filter.spread
         found = []
         for name, sd in zip(PARAMETERS, spread.tolist(), strict=True):
             value, factor = getattr(law, name), math.exp(min(TWO_SIDED * sd, 50.0))
             limits = value, units[name], value / factor, value * factor
-            found.append(Estimate(name, *limits, identifiable=sd < most, source=SOURCE))
+            found.append(Estimate(name, *limits, identifiable=sd < max_sd, source=SOURCE))
         cutting, half = self.filter.cutting, TWO_SIDED * math.sqrt(self.wider * covariance[7, 7])
         known = half < 0.5 * abs(cutting)
         limits = cutting, "N", cutting - half, cutting + half
