@@ -46,6 +46,10 @@ template <Law L>
 void bind_law(nb::module_& laws) {
   auto bound = bind_parameters<L>(laws, class_name(L::name));
   bind_answers(bound);
+  if constexpr (L::family == Family::cutting)
+    bound.def_prop_ro(
+        "slow_force", [](const L& self) { return self.prepare().steady(0.0); },
+        "Mean force [N] of slow cutting.");
   if constexpr (L::family == Family::stiffness) {
     bound.def(
         "force", [](const L& self, double h) { return h > 0 ? self.prepare().force(h) : 0.0; },

@@ -193,6 +193,17 @@ def test_warnings_name_what_keeps_bending_and_axial_force_apart(model, tip, why)
     assert insertion(model=model, **tip, small_slopes=True).warnings == ()
 
 
+def test_a_tip_force_beyond_ten_times_the_cutting_force_is_stated():
+    layers = [
+        nf.LateralLayer(modulus=MODULUS, tip_force=0.5),
+        nf.LateralLayer(top=8e-3, modulus=MODULUS, tip_force=-3.0),
+    ]
+    (sentence,) = insertion(model=PAPER, lateral=layers).warnings
+    cutting = PAPER.cutting.force
+    assert f"-3 N from 8 mm on is more than ten times the cutting force there, {cutting:.3g} N" in sentence
+    assert f"{10.0 * cutting:.3g} N act" in sentence
+
+
 @pytest.mark.parametrize("model, tip", [(PAPER, PUSHED), (PAPER, BEVELLED), (None, BEVELLED), (returning(), {})])
 def test_a_needle_whose_tip_is_paid_for_has_no_warning(model, tip):
     assert insertion(model=model, **tip).warnings == ()

@@ -22,8 +22,8 @@ planted=$folder/planted
 rm -rf $planted && mkdir -p $planted/tests $planted/bindings
 cp -r include $planted/ && cp -r tests/proof $planted/tests/ && cp -r bindings/c $planted/bindings/
 sed -i 's|if (!ordinary(depth, velocity, dt)) return refusal|if (depth > 1e308) return refusal|' \
-  $planted/include/needleforce/insertion.hpp
-cmp -s include/needleforce/insertion.hpp $planted/include/needleforce/insertion.hpp && echo "nothing was planted" && exit 1
+  $planted/include/needleforce/prepared_insertion.hpp
+cmp -s {,$planted/}include/needleforce/prepared_insertion.hpp && echo "nothing was planted" && exit 1
 
 # division by zero is defined for floating-point numbers; what comes of it is checked at every step
 export compiler="clang++-19 -std=c++20 -O2 -g1 -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"

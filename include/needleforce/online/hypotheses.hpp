@@ -165,6 +165,7 @@ class Hypotheses {
     std::size_t late = 0;
     for (std::size_t m = 0; m < count_ && !check.fault(); ++m) {
       bank_[m].check(check, size);
+      if (check.fault()) return;  // a flag of any byte is not read
       check.require("hypotheses", bank_[m].late == begins_late(m));
       if (pierced && begins_late(m)) kept_[late++].check(check, size);
     }

@@ -44,8 +44,13 @@ class LawOrLikeness {
  public:
   static constexpr double compared_over = 2e-3;  // [m]
 
-  /// Probability that this insertion is like the earlier ones.
-  double likely() const noexcept { return 1.0 / (1.0 + std::exp(-weight_)); }
+  /// Probability that this insertion is like the earlier ones over a travel [m]. Farther than the two were
+  /// compared that evidence falls with the square of the travel, as a contact grows.
+  double likely(double travel) const noexcept {
+    const double share = std::min(1.0, compared_over / std::max(travel, compared_over));
+    const double weight = at_start + share * share * (weight_ - at_start);
+    return 1.0 / (1.0 + std::exp(-weight));
+  }
   const Likeness& likeness() const noexcept { return likeness_; }
   /// Whether what was foreseen last has still to come.
   bool waits(double depth) const noexcept { return asked() && depth < depth_; }
@@ -79,11 +84,11 @@ class LawOrLikeness {
   }
 
  private:
-  static constexpr double nowhere = -1e9;
+  static constexpr double nowhere = -1e9, at_start = 2.0;
   bool asked() const noexcept { return depth_ > 0.1 * nowhere; }
 
   Likeness likeness_{};
-  double weight_ = 2.0, depth_ = nowhere;
+  double weight_ = at_start, depth_ = nowhere;
   Likeness::Foreseen like_{};
   Forces by_law_{}, by_likeness_{};
 };

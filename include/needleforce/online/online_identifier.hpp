@@ -113,7 +113,7 @@ class OnlineIdentifier {
       const double share = static_cast<double>(i) / static_cast<double>(ForceAhead::points - 1);
       const double depth = depth_ + (tissue_.law.outwards ? -1.0 : 1.0) * share * travel;
       Forces forces;
-      const double like = like_earlier(depth) ? check_.likely() : 0.0;
+      const double like = like_earlier(depth) ? check_.likely(share * travel) : 0.0;
       forces.add(1.0 - like, expected.at(depth));
       add_likeness(forces, like, depth);
       const auto read = [&](double p) { return zero() + forces.quantile(p); };

@@ -35,7 +35,8 @@ struct EarlierInsertions {
   double spacing = 0.0;  ///< [m]; 0 without any
   std::array<double, points> mean{}, sd{};
 
-  bool known(double indentation) const noexcept { return spacing > 0.0 && indentation < deepest(); }
+  /// A little below the deepest the force is still that at the deepest.
+  bool known(double indentation) const noexcept { return spacing > 0.0 && indentation < 1.1 * deepest(); }
   double deepest() const noexcept { return spacing * static_cast<double>(points - 1); }
   double at(const std::array<double, points>& values, double indentation) const noexcept {
     const double place = std::clamp(indentation / spacing, 0.0, static_cast<double>(points - 1) - 1e-9);

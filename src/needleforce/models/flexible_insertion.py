@@ -14,7 +14,7 @@ from ..checks import instance_of
 from ..errors import InputError
 from ..mechanics.foundation import foundation_modulus
 from .model import Model, solid_engine
-from .validity import coupling_warnings
+from .validity import coupling_warnings, tip_force_warnings
 
 LateralLayer = core.LateralLayer
 
@@ -220,8 +220,11 @@ class FlexibleInsertion:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What keeps bending and axial force of this needle apart, as a sentence; none with ``small_slopes``."""
-        return () if self.small_slopes or self._core.shortens else coupling_warnings(self.model)
+        """What keeps bending and axial force of this needle apart, and each ``tip_force`` that does not act in full, as
+        sentences; none with ``small_slopes``."""
+        if self.small_slopes or self.model is None or not self._core.shortens:
+            return () if self.small_slopes or self._core.shortens else coupling_warnings(self.model)
+        return tip_force_warnings(self.model, self.lateral)
 
     def reset(self) -> None:
         """Back to before the first contact."""

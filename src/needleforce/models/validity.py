@@ -3,7 +3,7 @@
 a tissue."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -73,6 +73,24 @@ def coupling_warnings(model: Any) -> tuple[str, ...]:
         f"The tip is pushed aside where its cutting does not pay for that: {'; '.join(found)}. Bending does not "
         "shorten this needle, its force does not feel a base that moves aside, and a hand that moves the needle round "
         "can gain energy. Give every layer a cutting law, without recovered, or limit the hand by control.BaseGuard.",
+    )
+
+
+MAX_TIP_FORCE = 10.0  # over the cutting force, in the core
+
+
+def tip_force_warnings(model: Any, lateral: Sequence[core.LateralLayer]) -> tuple[str, ...]:
+    """A sentence for each ``tip_force`` of which less acts, for its cutting pays for no more."""
+    ends = [layer.top for layer in lateral[1:]] + [math.inf]
+    axial_ends = [layer.top for layer in model.layers[1:]] + [math.inf]
+    return tuple(
+        f"A tip_force of {side.tip_force:.3g} N from {1e3 * max(side.top, layer.top):.3g} mm on is more than ten times "
+        f"the cutting force there, {layer.cutting.slow_force:.3g} N, which pays for it: "
+        f"{MAX_TIP_FORCE * layer.cutting.slow_force:.3g} N act. Give no more, or a larger cutting force."
+        for side, end in zip(lateral, ends)
+        for layer, axial_end in zip(model.layers, axial_ends)
+        if max(side.top, layer.top) < min(end, axial_end)
+        and abs(side.tip_force) > MAX_TIP_FORCE * layer.cutting.slow_force
     )
 
 

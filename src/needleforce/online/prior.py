@@ -244,9 +244,7 @@ def _learnt(recording: Recording, base: Prior) -> list[dict[str, Expected]]:
     done = online if done is None else done
     if done is None or not done.layer(0)["touched"]:
         return []
-    intact = done.layer(done.pierced) if done.pierced < MAX_LAYERS else {"touched": False}
-    below = [{"modulus": tuple(intact["modulus"][:2])}] if intact["touched"] else []
-    return [_layer_learnt(done, k) for k in range(done.pierced)] + below
+    return [_layer_learnt(done, k) for k in range(done.pierced)]
 
 
 def _layer_learnt(online: Any, k: int) -> dict[str, Expected]:
