@@ -3,6 +3,7 @@
 // slopes.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -79,6 +80,16 @@ void shorten_embedded(BeamMesh<dimension>& mesh, Shortening& result) noexcept {
     result.aside += per_n * aside;
     result.passing += per_n * per_n * per_h * passing;
   }
+}
+
+/// Where the search for the shape ended before the needle was as short as it was taken to be, as under a base
+/// that leaps, its elements are no longer than that `allowed` [m] instead of what was `found`.
+template <std::size_t dimension>
+void hold_length(BeamMesh<dimension>& mesh, double found, double allowed) noexcept {
+  constexpr double converged = 1e-6;  // [m]
+  if (!(found > 0.0) || found <= allowed + converged) return;
+  const double share = std::max(allowed, 0.0) / found;
+  for (BeamNode<dimension>& node : mesh.nodes().subspan(mesh.surface())) node.longer *= share;
 }
 
 /// Friction turns along the shaft while that slides, by a share of what is left.
