@@ -29,11 +29,24 @@ SHARES = 14
 ALL_REPETITIONS = pytest.StashKey[bool]()  # of a test, and of the run what the test has that runs
 # each has a fixture that takes long to make: a campaign, an installed package, a plugin, a browser with its server
 ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators", "studio"))
-# two thirds of the time: in a run for a share each of their tests has its turn in one of so many shares
+# nine tenths of the time: in a run for a share each of their tests has its turn in one of so many shares
 TURNS = 3
 BY_TURNS = tuple(
     f"tests/{folder}/"
-    for folder in ("campaign", "fe", "identification", "packaging", "simulators", "steering", "studies", "studio")
+    for folder in (
+        "campaign",
+        "commands",
+        "fe",
+        "identification",
+        "mechanics",
+        "packaging",
+        "recordings",
+        "report",
+        "simulators",
+        "steering",
+        "studies",
+        "studio",
+    )  # fmt: skip
 )
 # files that take long: at the end, one process would wait for the other
 EARLY = (*ONE_PROCESS, "tests/steering", "tests/studies", "tests/fe/test_insertion_fit")

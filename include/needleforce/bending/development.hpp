@@ -128,9 +128,8 @@ void follow_piece(const BeamMesh<dimension>& mesh, Development<dimension>& curve
   const auto &a = mesh[i], &b = mesh[i + 1];
   const bool free = i < mesh.surface();
   const double more = free ? 0.0 : std::clamp(a.longer, -0.5 * mesh.h(), 0.5 * mesh.h());
-  // at an angle to the path: its length is sqrt(1 + t^2) = 1 + s - s^2 / 2, s = t^2 / 2, its angle t (1 - t^2
-  // / 3)
-  const double whole = free ? b.travel - a.travel : mesh.h() + more * (1.0 - 0.5 * more / mesh.h());
+  // at an angle to the path of t (1 - t^2 / 3)
+  const double whole = free ? b.travel - a.travel : element_length(mesh.h(), more);
   const double turned = free ? 1.0 : 1.0 + more / (3.0 * mesh.h());
   const double share = 1.0 / static_cast<double>(count), length = whole * share;
   std::array<double, dimension> chord;

@@ -82,14 +82,19 @@ void shorten_embedded(BeamMesh<dimension>& mesh, Shortening& result) noexcept {
   }
 }
 
-/// Where the search for the shape ended before the needle was as short as it was taken to be, as under a base
-/// that leaps, its elements are no longer than that `allowed` [m] instead of what was `found`.
+/// No needle is drawn longer than it is, `allowed` [m] in the tissue: under a base that leaps, or where the
+/// needle turns far from its path, what the second order of slopes adds up to is longer.
 template <std::size_t dimension>
-void hold_length(BeamMesh<dimension>& mesh, double found, double allowed) noexcept {
-  constexpr double converged = 1e-6;  // [m]
-  if (!(found > 0.0) || found <= allowed + converged) return;
-  const double share = std::max(allowed, 0.0) / found;
-  for (BeamNode<dimension>& node : mesh.nodes().subspan(mesh.surface())) node.longer *= share;
+void hold_length(BeamMesh<dimension>& mesh, double allowed) noexcept {
+  constexpr double least = 1e-3;  // share of the length, more than in the range of the model
+  const auto nodes = mesh.nodes().subspan(mesh.surface());
+  const double h = mesh.h();
+  double length = 0.0;
+  for (std::size_t e = 0; e + 1 < nodes.size(); ++e) length += element_length(h, nodes[e].longer);
+  if (length <= (1.0 + least) * allowed) return;
+  const double share = std::max(allowed, 0.0) / length;
+  for (std::size_t e = 0; e + 1 < nodes.size(); ++e)
+    nodes[e].longer = longer_of(h, share * element_length(h, nodes[e].longer));
 }
 
 /// Friction turns along the shaft while that slides, by a share of what is left.
