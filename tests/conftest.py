@@ -31,23 +31,8 @@ ALL_REPETITIONS = pytest.StashKey[bool]()  # of a test, and of the run what the 
 ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators", "studio"))
 # nine tenths of the time: in a run for a share each of their tests has its turn in one of so many shares
 TURNS = 3
-BY_TURNS = tuple(
-    f"tests/{folder}/"
-    for folder in (
-        "campaign",
-        "commands",
-        "fe",
-        "identification",
-        "mechanics",
-        "packaging",
-        "recordings",
-        "report",
-        "simulators",
-        "steering",
-        "studies",
-        "studio",
-    )  # fmt: skip
-)
+_LONG = "campaign commands fe identification mechanics packaging recordings report simulators steering studies studio"
+BY_TURNS = tuple(f"tests/{folder}/" for folder in _LONG.split())
 # files that take long: at the end, one process would wait for the other
 EARLY = (*ONE_PROCESS, "tests/steering", "tests/studies", "tests/fe/test_insertion_fit")
 
