@@ -165,6 +165,30 @@ def test_earlier_insertions_foresee_the_force_behind_a_puncture_and_are_given_up
     assert stiff.low < 3.0 * 1e6 * 2.0 / np.pi * np.tan(ALPHA) < stiff.high
 
 
+def test_other_specimens_give_the_scatter_of_their_population():
+    scales = (0.6, 1.0, 1.5)
+    prior = {f"specimen {k}": [recorded(10 * k + n, scale) for n in range(3)] for k, scale in enumerate(scales)}
+    expected = nf.OnlineIdentifier(prior=prior).prior
+    (mean, sd), one = expected.layers[0]["modulus"], nf.OnlineIdentifier(prior=prior["specimen 1"]).prior
+    true = 1e6 * np.tan(ALPHA) * np.array(scales)  # of a cone of 45 degrees
+    assert mean == pytest.approx(true.mean(), rel=0.1)
+    assert true.std(ddof=1) < sd < 6.0 * true.std(ddof=1)  # two degrees of freedom
+    assert one.layers[0]["modulus"][1] < 0.2 * sd  # within a specimen
+    assert not expected.same_tissue and not expected.earlier and expected.punctures == 1
+    depth, held = inwards(end=9e-3, rate=100.0)[0], []
+    for seed, scale in ((50, 0.8), (51, 1.25), (52, 1.4)):
+        force, online = tissue(depth, seed, scale), nf.OnlineIdentifier(prior=prior)
+        for i, row in enumerate(zip(force, depth)):
+            online.step(*row, 0.01)
+            if depth[i] > 0.5e-3 and i % 20 == 0 and i + 50 < len(depth):
+                ahead = online.ahead(float(depth[i + 50] - depth[i]))
+                held.append(ahead.low[-1] <= force[i + 50] <= ahead.high[-1])
+    assert np.mean(held) >= 0.9 and len(held) > 30
+    for wrong in ({}, {"specimen": []}, {"specimen": 3}):
+        with pytest.raises(nf.InputError, match="prior"):
+            nf.OnlineIdentifier(prior=wrong)
+
+
 def layers(depth, friction=(80.0, 30.0), tops=(0.0, 7e-3), pierced=(2e-3, 10e-3), cutting=(0.6, 0.9)):
     """Two layers by formulas: contact with each until it breaks, then cutting, and friction along the shaft in each; a
     cone's contact of 2 N at the first puncture, one of power 1.5 above what is there at the second."""

@@ -30,10 +30,11 @@ class OnlineIdentifier(Printed):
 
     Parameters
     ----------
-    prior : Model, Fit, sequence of Recording, or None
+    prior : Model, Fit, sequence of Recording, mapping of these, or None
         What is expected of the tissue: a model, such as ``nf.preset("paper")``, within a factor of three for each
-        parameter; a fit or recordings of the same tissue, with the scatter between them; or nothing. A prior that the
-        motion contradicts is given up.
+        parameter; a fit or recordings of the same tissue, with the scatter between them; recordings of other specimens
+        of a population, ``{specimen: recordings}``, with the scatter between and within these; or nothing. A prior that
+        the motion contradicts is given up.
     model : str
         ``"layered"``, the law of layers in the core, or ``"lugre"``, which has the same contact and events, and behind
         the first puncture the LuGre filters for one friction along the shaft; a step takes up to 1 ms there, in Python.

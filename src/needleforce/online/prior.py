@@ -2,7 +2,7 @@
 """What is expected of a tissue before the needle moves: from a model, from recordings of such tissue, or nothing."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -86,10 +86,12 @@ def prior_of(given: Any) -> Prior:
         return _of_model(given)
     if isinstance(given, Fit):
         return _of_fit(given)
+    if isinstance(given, Mapping) and given:
+        return _of_specimens({name: _recordings(name, each) for name, each in given.items()})
     recordings = tuple(given) if isinstance(given, Iterable) else ()
     if recordings and all(isinstance(each, Recording) for each in recordings):
         return _of_recordings(recordings, Prior())
-    step = "Give nf.preset(…), fit.model, a fit, recordings of the same tissue, or nothing."
+    step = "Give nf.preset(…), fit.model, a fit, recordings of the same tissue, {specimen: recordings}, or nothing."
     raise InputError("prior", type(given).__name__, "not a model, a fit or recordings", next_step=step)
 
 
@@ -180,6 +182,36 @@ def _of_recordings(recordings: Sequence[Recording], base: Prior) -> Prior:
     source = f"{len(insertions)} recordings of the same tissue"
     base = _with_forces(base, recordings)
     return replace(base, layers=tuple(layers), complete=bool(layers), same_tissue=bool(layers), source=source)
+
+
+def _recordings(specimen: Any, given: Any) -> tuple[Recording, ...]:
+    found = tuple(given) if isinstance(given, Iterable) else ()
+    if found and all(isinstance(each, Recording) for each in found):
+        return found
+    step = "Give a list of nf.read(…) for each specimen."
+    raise InputError(f"prior, specimen {specimen}", type(given).__name__, "without recordings", next_step=step)
+
+
+def _of_specimens(specimens: Mapping[Any, Sequence[Recording]]) -> Prior:
+    """Of another specimen of the population: between them its parameters scatter, and within each as its insertions do.
+    Their forces along the depth are those of other tissue, and not compared."""
+    priors = [prior for each in specimens.values() if (prior := _of_recordings(each, Prior())).layers]
+    count = max((len(prior.layers) for prior in priors), default=0)
+    layers = []
+    for k in range(count):
+        rows = [prior.layers[k] for prior in priors if len(prior.layers) > k]
+        if 2 * len(rows) <= len(priors):
+            break
+        known = {name: [row[name] for row in rows if name in row] for name in NAMES}
+        layers.append({name: _of_population(each) for name, each in known.items() if 2 * len(each) > len(rows)})
+    source = f"{len(priors)} other specimens"
+    return Prior(layers=tuple(layers), complete=bool(layers), source=source)
+
+
+def _of_population(specimens: list[Expected]) -> Expected:
+    """Of an insertion into another specimen: scatter between specimens and, of one insertion, within one."""
+    mean, between = _next(specimens)
+    return mean, math.hypot(between, math.sqrt(float(np.mean([sd**2 for _, sd in specimens]))))
 
 
 def _with_forces(base: Prior, recordings: Sequence[Recording]) -> Prior:
