@@ -70,8 +70,6 @@ class BeamEquilibrium {
     turn_drag(mesh_, share);
     if (shortens) shorten_embedded(mesh_, shortening_);
   }
-  /// No needle is longer than it is: see `hold_length`. Wait-free.
-  void hold_length(double embedded) noexcept { bending::hold_length(mesh_, embedded); }
   void forget_friction() noexcept {
     for (BeamNode<dimension>& node : mesh_.nodes()) node.drag = node.drag_before = {};
   }

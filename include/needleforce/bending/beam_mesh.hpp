@@ -29,13 +29,10 @@ struct BeamNode {
 };
 
 /// Length [m] of the needle along an element of h, at an angle t to the path: sqrt(1 + t^2) = 1 + s - s^2 /
-/// 2, s = t^2 / 2 = longer / h; and back.
+/// 2, s = t^2 / 2 = longer / h.
 inline double element_length(double h, double longer) noexcept {
   const double more = std::clamp(longer, -0.5 * h, 0.5 * h);
   return h + more * (1.0 - 0.5 * more / h);
-}
-inline double longer_of(double h, double length) noexcept {
-  return h * (1.0 - std::sqrt(std::clamp(3.0 - 2.0 * length / h, 0.25, 2.25)));
 }
 
 /// Nodes at the base, where the needle's section changes above the surface, at the surface, and evenly in the

@@ -124,7 +124,7 @@ double cubic_chord(const BeamNode<dimension>& a, const BeamNode<dimension>& b, s
 /// Follows piece k of `count` of element i. A chord is shorter than its arc.
 template <std::size_t dimension>
 void follow_piece(const BeamMesh<dimension>& mesh, Development<dimension>& curve, std::size_t i,
-                  std::size_t k, std::size_t count) noexcept {
+                  std::size_t k, std::size_t count, double part) noexcept {
   const auto &a = mesh[i], &b = mesh[i + 1];
   const bool free = i < mesh.surface();
   const double more = free ? 0.0 : std::clamp(a.longer, -0.5 * mesh.h(), 0.5 * mesh.h());
@@ -140,21 +140,34 @@ void follow_piece(const BeamMesh<dimension>& mesh, Development<dimension>& curve
     if (count > 1) chord[d] = cubic_chord(a, b, d, whole, static_cast<double>(k) * share, share);
     square += change * change;
   }
-  curve.advance(square < 1.0 ? length * (1.0 - square * (1.0 / 24.0)) : length, chord);
+  curve.advance(part * (square < 1.0 ? length * (1.0 - square * (1.0 / 24.0)) : length), chord);
+}
+
+/// The part of its elements that a needle has: all, but where under a base that leaps, or where it turns far
+/// from its path, the second order of slopes adds up to more than the needle's length [m].
+template <std::size_t dimension>
+double part_of_elements(const BeamMesh<dimension>& mesh, double needle_length) noexcept {
+  constexpr double rounded = 1.008;  // more than in the range of the model
+  double length = -mesh.base().travel;
+  for (std::size_t i = mesh.surface(); i + 1 < mesh.count(); ++i)
+    length += element_length(mesh.h(), mesh[i].longer);
+  return std::min(1.0, rounded * needle_length / length);
 }
 
 /// Follows the needle from the base, at a depth `from` [m], to the tip, chord by chord, and calls `visit`
 /// with each point [m]. Wait-free.
 template <std::size_t dimension, class Visit>
-Development<dimension> follow(const BeamMesh<dimension>& mesh, double from, Visit visit) noexcept {
+Development<dimension> follow(const BeamMesh<dimension>& mesh, double from, double needle_length,
+                              Visit visit) noexcept {
   const auto& first = mesh.base();
   Development<dimension> curve({first.place[0], dimension > 1 ? first.place[dimension - 1] : 0.0, from});
   if (mesh.count() == 0) return curve;
   visit(curve.position());
+  const double part = part_of_elements(mesh, needle_length);
   for (std::size_t i = 0; i + 1 < mesh.count(); ++i) {
     const std::size_t count = i < mesh.surface() ? free_pieces : 1;
     for (std::size_t k = 0; k < count; ++k) {
-      follow_piece(mesh, curve, i, k, count);
+      follow_piece(mesh, curve, i, k, count, part);
       visit(curve.position());
     }
   }

@@ -90,7 +90,7 @@ class FlexibleInsertion : private ShapeInTissue<dimension, Axial> {
   /// Wait-free.
   template <class Visit>
   void shape(Visit visit) const noexcept {
-    follow(mesh(), base_depth(), visit);
+    follow(mesh(), base_depth(), settings_.beam.support.needle_length, visit);
   }
   /// Number of points of the shape. Wait-free.
   std::size_t shape_points() const noexcept { return curve_points(mesh()); }
@@ -292,7 +292,8 @@ class FlexibleInsertion : private ShapeInTissue<dimension, Axial> {
       result.tip = {tip.place[0], second(tip.place), state_.reached};
       result.tangent = {tip.slope[0], second(tip.slope), 1.0};
     } else {
-      Development<dimension> end = follow(mesh(), base_depth(), [](const Vector&) noexcept {});
+      Development<dimension> end =
+          follow(mesh(), base_depth(), settings_.beam.support.needle_length, [](const Vector&) noexcept {});
       result.tip = end.position();
       result.tangent = end.tangent(mesh().tip().slope);
     }

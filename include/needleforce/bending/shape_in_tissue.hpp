@@ -106,10 +106,6 @@ class ShapeInTissue : public TipInTissue<dimension, Axial> {
     }
     if (inside && !(in_tissue() && holds)) load = spring_out(to, drive.force(), events);
     take(drive, load, events, began);
-    if (!shortens_ || !in_tissue()) return;
-    // one that has buckled keeps the shape of an earlier depth
-    const double below = settings_.beam.support.needle_length + mesh().base().travel;
-    state_.beam.hold_length(std::min(to.depth, below) - shortening().free);
   }
   static constexpr std::size_t max_tries = 12;
   static constexpr double smallest_work = 1e-13;  // [J]

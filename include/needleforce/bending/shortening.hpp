@@ -3,7 +3,6 @@
 // slopes.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -80,21 +79,6 @@ void shorten_embedded(BeamMesh<dimension>& mesh, Shortening& result) noexcept {
     result.aside += per_n * aside;
     result.passing += per_n * per_n * per_h * passing;
   }
-}
-
-/// No needle is drawn longer than it is, `allowed` [m] in the tissue: under a base that leaps, or where the
-/// needle turns far from its path, what the second order of slopes adds up to is longer.
-template <std::size_t dimension>
-void hold_length(BeamMesh<dimension>& mesh, double allowed) noexcept {
-  constexpr double least = 1e-3;  // share of the length, more than in the range of the model
-  const auto nodes = mesh.nodes().subspan(mesh.surface());
-  const double h = mesh.h();
-  double length = 0.0;
-  for (std::size_t e = 0; e + 1 < nodes.size(); ++e) length += element_length(h, nodes[e].longer);
-  if (length <= (1.0 + least) * allowed) return;
-  const double share = std::max(allowed, 0.0) / length;
-  for (std::size_t e = 0; e + 1 < nodes.size(); ++e)
-    nodes[e].longer = longer_of(h, share * element_length(h, nodes[e].longer));
 }
 
 /// Friction turns along the shaft while that slides, by a share of what is left.
