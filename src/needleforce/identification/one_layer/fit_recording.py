@@ -301,6 +301,7 @@ def _start_if_exponential(fit: CycleFit) -> tuple[float, float]:
     later = fit.values["rupture_length"] * math.log(2.0) ** (1.0 / m) * (1.0 - 1.0 / m) if held else 0.0
     start = fit.values["contact_depth"] + fit.values["rupture_onset"]
     half = float(np.nan_to_num(0.5 * (fit.high["rupture_onset"] - fit.low["rupture_onset"])))
+    half = min(half, 1.0)  # [m] where nothing limits it: no depth is farther
     return start + min(later, 0.0) - half, start + max(later, 0.0) + half
 
 
