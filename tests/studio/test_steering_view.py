@@ -91,7 +91,8 @@ def test_a_base_moved_and_rolled_gives_tip_shape_and_wrench_of_python(steering, 
         assert table[:, columns] == pytest.approx(ours[name], rel=1e-9, abs=1e-9 * np.abs(ours[name]).max()), name
     shape = np.loadtxt(exported(page, "shape", tmp_path), delimiter=",", skiprows=1)
     assert shape == pytest.approx(flex.shape(), rel=1e-9, abs=1e-12)
-    tip = ", ".join(f"{1e3 * value:.2f}" for value in ours["tip"][-1]).replace("-", "−")
+    # a zero has no sign
+    tip = ", ".join(f"{round(1e3 * value, 2) + 0.0:.2f}" for value in ours["tip"][-1]).replace("-", "−")
     assert f"tip x, y, depth\t{tip} mm" in page.inner_text("#steer-values")
 
 
