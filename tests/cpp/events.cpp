@@ -195,7 +195,7 @@ TEST(Events, LevelThatIsAnotherBetweenTwoReadingsIsTheSensorsWhereReadingsFollow
   for (const double noise : {1e-3, 10e-3})
     for (const double rate : {100.0, 500.0, 1000.0, 5000.0}) {
       const auto zeroed = slides(rate, noise, 0.0), fell = slides(rate, noise, 6.0 / std::min(rate, 1000.0));
-      const double most = rate < 400.0 ? 0.9 : 0.5;  // it can not be told where a fall lasts a reading
+      const double most = rate < 400.0 ? 0.9 : 0.5;  // they look alike where a fall lasts a reading
       EXPECT_LE(of(zeroed, EventKind::puncture), most) << rate << " " << noise;
       EXPECT_LE(of(zeroed, EventKind::sliding), most) << rate << " " << noise;
       EXPECT_GE(of(fell, EventKind::puncture), 0.89) << rate << " " << noise;
