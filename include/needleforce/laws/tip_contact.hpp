@@ -220,4 +220,14 @@ struct TipContact {
   }
 };
 
+/// A law of another number than double has a contact of its own: gradient/tip_contact.hpp.
+template <class Real>
+struct TipContactFor;
+template <>
+struct TipContactFor<double> {
+  using type = TipContact;
+};
+template <class Real>
+using TipContactOf = typename TipContactFor<Real>::type;
+
 }  // namespace needleforce::laws
