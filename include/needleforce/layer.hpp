@@ -26,8 +26,8 @@ namespace needleforce {
 template <class Real>
 struct BasicDragged {
   Real force = 0.0;
-  Real by_depth = 0.0;
-  Real by_velocity = 0.0;
+  double by_depth = 0.0;
+  double by_velocity = 0.0;
   bool hold = false;
   void operator+=(const BasicDragged<Real>& other) noexcept {
     force += other.force;
@@ -99,8 +99,8 @@ class BasicPreparedLayer {
 
   /// The contact of a layer that is not pierced; true if it is punctured instead. `first`: the first step.
   /// `elastic`: no relaxation, known to the caller.
-  template <bool elastic>
-  [[gnu::always_inline]] bool press(BasicLayerState<Real>& state, const BasicMove<Real>& move,
+  template <bool elastic, class Motion>
+  [[gnu::always_inline]] bool press(BasicLayerState<Real>& state, const Motion& move,
                                     bool first) const noexcept {
     const bool relaxes = !elastic && relaxes_;
     if (gives_way<elastic>(state, value_of(move.depth), first)) return true;
@@ -154,18 +154,18 @@ class BasicPreparedLayer {
   /// Moves the shaft and returns its force, if the layer is pierced. Embedding in the next layer starts at
   /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void.
 
-  template <class Law>
-  [[gnu::always_inline]] BasicDragged<Real> drag(BasicLayerState<Real>& state, const BasicMove<Real>& move,
+  template <class Law, class Motion>
+  [[gnu::always_inline]] BasicDragged<Real> drag(BasicLayerState<Real>& state, const Motion& move,
                                                  Real bottom, Real root,
                                                  const DepthNoise& noise) const noexcept {
     const BasicLayerExtent<Real> extent{top, state.pierced ? state.puncture_depth : puncture, bottom,
                                         state.pierced, root};
-    const BasicRelaxing<Real> elastic{};
+    static constexpr BasicRelaxing<Real> elastic{};
     const BasicRelaxing<Real>& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
     return dispatch_as<Law>(friction_, [&](const auto& law) NEEDLEFORCE_INLINED -> BasicDragged<Real> {
       auto& memory = memory_of(law, state.friction);
       bool known = false;
-      if constexpr (requires { law.slip(state.shaft, memory); })
+      if constexpr (in_general<Motion> && requires { law.slip(state.shaft, memory); })
         if (noise.range > 0.0) known = true, advance_in_noise(law, memory, state, move, extent, noise);
       if (!known) law.advance(state.shaft, memory, move, extent, relaxing);
       if constexpr (requires { law.keeps_contact; })
@@ -175,8 +175,8 @@ class BasicPreparedLayer {
         if (move.depth <= 0.0) release(state.shaft, memory);
       if (!state.pierced) return {};
       const Real force = law.force(state.shaft, memory, move.velocity);
-      return {force, law.by_depth(state.shaft, memory, move.velocity),
-              law.by_velocity(state.shaft, memory, move.velocity),
+      return {force, value_of(law.by_depth(state.shaft, memory, move.velocity)),
+              value_of(law.by_velocity(state.shaft, memory, move.velocity)),
               state.shaft.embedded > 0.0 || force != 0.0};
     });
   }
@@ -204,15 +204,14 @@ class BasicPreparedLayer {
     dispatch(cutting_, [&](const auto& law) { law.enter(cut, memory_of(law, memories), depth, carried); });
   }
   /// Moves the cut and returns its force; `Law` as for drag().
-  template <class Law>
+  template <class Law, class Motion>
   [[gnu::always_inline]] BasicTipForce<Real> cut(BasicCut<Real>& cut,
                                                  MemoriesOf<BasicCutting<Real>>& memories,
-                                                 BasicReturnableSlip<Real>& returnable,
-                                                 const BasicMove<Real>& move,
+                                                 BasicReturnableSlip<Real>& returnable, const Motion& move,
                                                  const DepthNoise& noise) const noexcept {
     return dispatch_as<Law>(cutting_, [&](const auto& law) NEEDLEFORCE_INLINED {
       auto& memory = memory_of(law, memories);
-      if constexpr (requires { law.law.springs; })
+      if constexpr (in_general<Motion> && requires { law.law.springs; })
         if (noise.range > 0.0) {
           cut_in_noise(law, cut, memory, returnable, move, noise);
           return BasicTipForce<Real>{law.force(cut, memory, move.depth),
@@ -281,6 +280,8 @@ class BasicPreparedLayer {
   }
 
   /// As `advance`, for a depth with noise: slip is returned before the tissue unloads.
+  template <class Motion>
+  static constexpr bool in_general = std::is_same_v<Motion, BasicMove<Real>>;
   template <class Law, class Memory>
   [[gnu::noinline]] static void advance_in_noise(const Law& law, Memory& memory, BasicLayerState<Real>& state,
                                                  const BasicMove<Real>& move,
@@ -313,9 +314,9 @@ class BasicPreparedLayer {
     returnable.add(before, {cut.front - front, law.force(cut, memory, move.depth)}, noise);
   }
 
-  template <bool elastic, class Contact>
-  [[gnu::always_inline]] void press(const Contact& law, BasicLayerState<Real>& state,
-                                    const BasicMove<Real>& move, Real indentation) const noexcept {
+  template <bool elastic, class Contact, class Motion>
+  [[gnu::always_inline]] void press(const Contact& law, BasicLayerState<Real>& state, const Motion& move,
+                                    Real indentation) const noexcept {
     const Real before = state.contact_force;
     const Real instant = law.force(indentation);
     state.contact_slope = law.slope(indentation);

@@ -163,8 +163,8 @@ class BasicPreparedInsertion {
     return refused(holding ? state.last : BasicSample<Real>{}, state.depth, status);
   }
 
-  BasicMove<Real> moved(const BasicInsertionState<Real>& state, double depth, double travel, double velocity,
-                        double elapsed) const noexcept {
+  Move moved(const BasicInsertionState<Real>& state, double depth, double travel, double velocity,
+             double elapsed) const noexcept {
     const bool withdrawing = depth < state.deepest - max(noise_of_depth, noise_.range);
     const bool advancing = !withdrawing && travel > speed_at_rest * elapsed;
     const double below = depth > 0.0 ? min(travel, depth) : 0.0;
@@ -190,24 +190,24 @@ class BasicPreparedInsertion {
   [[gnu::noinline]] BasicSample<Real> in_general(BasicInsertionState<Real>& state, double depth,
                                                  double travel, double velocity, double elapsed, bool first,
                                                  double aside) const noexcept {
-    return through<false>(state, moved(state, depth, travel, velocity, elapsed), first, aside);
+    return through<false>(state, numbers_of<Real>(moved(state, depth, travel, velocity, elapsed)), first,
+                          aside);
   }
 
   /// Cut, contacts from the surface down, shafts from the bottom up, then their sum. Small values
   /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting
   /// and no relaxation, known at compile time: the same code, half the time.
-  template <bool plain>
-  [[gnu::always_inline]] BasicSample<Real> through(BasicInsertionState<Real>& state,
-                                                   const BasicMove<Real>& move, bool first,
-                                                   double aside) const noexcept {
+  template <bool plain, class Motion>
+  [[gnu::always_inline]] BasicSample<Real> through(BasicInsertionState<Real>& state, const Motion& move,
+                                                   bool first, double aside) const noexcept {
     using KnownFriction = std::conditional_t<plain, typename laws::BasicCoulomb<Real>::Prepared, void>;
     using KnownCutting = std::conditional_t<plain, typename laws::BasicConstantCutting<Real>::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
     const DepthNoise noise = plain ? DepthNoise{} : noise_;
     if (!plain && value_of(move.dt) != state.relaxation_dt) relax(state, value_of(move.dt));
     Contacts contacts{};
-    BasicMove<Real> cuts = move;  // what the cut has still to do in this step
-    unsigned fresh = 0;           // bits of the layers that are punctured in this step
+    Motion cuts = move;  // what the cut has still to do in this step
+    unsigned fresh = 0;  // bits of the layers that are punctured in this step
     for (std::size_t i = 0; i < count; ++i) {
       BasicLayerState<Real>& layer = state.layers[i];
       if (layer.pierced) continue;
@@ -224,7 +224,7 @@ class BasicPreparedInsertion {
     BasicTipForce<Real> tip{};
     if (state.pierced > 0) {
       const BasicPreparedLayer<Real>& layer = layers_[plain ? 0 : state.pierced - 1];
-      if (aside != 0.0) cuts.travel -= layer.slip(state.cut, cuts.depth, aside);
+      if (aside != 0.0) cuts.travel -= value_of(layer.slip(state.cut, cuts.depth, aside));
       tip = plain || cuts.dt > 0.0
                 ? layer.template cut<KnownCutting>(state.cut, state.cutting, state.returnable, cuts, noise)
                 : layer.cut_force(state.cut, state.cutting, cuts.depth);
@@ -234,7 +234,7 @@ class BasicPreparedInsertion {
     Real bottom = std::numeric_limits<double>::infinity();
     for (std::size_t i = count; i-- > 0;) {
       const Real root = plain ? std::numeric_limits<double>::infinity() : root_of(state, i);
-      const BasicMove<Real>& own = !plain && (fresh >> i & 1u) ? since_puncture(state, move, i) : move;
+      const Motion own = own_part<plain>(state, move, fresh, i);
       const Real last_surface = state.layers[i].shaft.surface;
       shafts += layers_[i].template drag<KnownFriction>(state.layers[i], own, bottom, root, noise);
       const Real surface = state.layers[i].shaft.surface;
@@ -247,21 +247,22 @@ class BasicPreparedInsertion {
 
   /// The contacts of all layers that are not pierced.
   struct Contacts {
-    Real force = 0.0, slope = 0.0;
+    Real force = 0.0;
+    double slope = 0.0;
     bool touched = false, beyond = false, punctured = false;
     void add(const BasicPreparedLayer<Real>& layer, const BasicLayerState<Real>& state,
              double depth) noexcept {
       force += state.contact_force;
-      slope += state.contact_slope;
+      slope += value_of(state.contact_slope);
       touched |= depth > layer.top;
       beyond |= layer.beyond(depth);
     }
   };
 
   /// At the next interface the force is the larger of cut and contact: they share one tip.
-  [[gnu::always_inline]] BasicSample<Real> total(BasicInsertionState<Real>& state,
-                                                 const BasicMove<Real>& move, const Contacts& contacts,
-                                                 const BasicDragged<Real>& shafts,
+  template <class Motion>
+  [[gnu::always_inline]] BasicSample<Real> total(BasicInsertionState<Real>& state, const Motion& move,
+                                                 const Contacts& contacts, const BasicDragged<Real>& shafts,
                                                  const BasicTipForce<Real>& tip) const noexcept {
     const bool pushes = contacts.force > tip.force;
     const Real stiffness = pushes ? contacts.force - tip.force : 0.0;
@@ -275,8 +276,8 @@ class BasicPreparedInsertion {
         .friction = shafts.force,
         .cutting = tip.force,
         .lateral = lateral_ratio_ * tip.force,
-        .force_by_depth = value_of(shafts.by_depth + (pushes ? contacts.slope : tip.by_depth)),
-        .force_by_velocity = value_of(shafts.by_velocity),
+        .force_by_depth = shafts.by_depth + (pushes ? contacts.slope : value_of(tip.by_depth)),
+        .force_by_velocity = shafts.by_velocity,
         .phase = state.phase,
         .status = contacts.beyond ? Status::outside_range : Status::ok,
         .contact = was_free && !is_free,
@@ -369,7 +370,14 @@ class BasicPreparedInsertion {
     const Real added = min(to, state.depth) - from;
     if (added > 0.0 && state.layers[i].shaft.embedded > 0.0) layers_[i].lengthen(state.layers[i], added);
   }
-  /// The travel of a step since the puncture of layer i in it, which is all that strains its tissue.
+  /// Of a step in which layer i was punctured, the travel since then, which is all that strains its tissue.
+  template <bool plain, class Motion>
+  [[gnu::always_inline]] static Motion own_part(const BasicInsertionState<Real>& state, const Motion& move,
+                                                unsigned fresh, std::size_t i) noexcept {
+    if constexpr (!plain)
+      if (fresh >> i & 1u) return since_puncture(state, move, i);
+    return move;
+  }
   [[gnu::noinline]] static BasicMove<Real> since_puncture(const BasicInsertionState<Real>& state,
                                                           BasicMove<Real> move, std::size_t i) noexcept {
     move.below = min(move.below, max(move.depth - state.layers[i].puncture_depth, Real(0.0)));

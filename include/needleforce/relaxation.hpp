@@ -26,6 +26,16 @@ struct BasicMove {
 };
 using Move = BasicMove<double>;
 
+/// The same step for laws of another kind of number.
+template <class Real>
+BasicMove<Real> numbers_of(const Move& move) noexcept {
+  if constexpr (is_plain<Real>)
+    return move;
+  else
+    return {move.depth,   move.travel,    move.below,       move.velocity, move.dt,
+            move.deepest, move.advancing, move.withdrawing, move.shift,    move.waits};
+}
+
 /// Relaxation over one step: an elastic force f becomes lasting f + two relaxing memories.
 template <class Real>
 struct BasicRelaxing {

@@ -60,10 +60,9 @@ Lifted lifted(const std::variant<L...>& laws, std::size_t layer, std::size_t par
               std::span<const Direction> along) noexcept {
   Lifted result;
   [&]<std::size_t... I>(std::index_sequence<I...>) {
-    ((laws.index() == I
-          ? void(result.template emplace<I>(lifted<std::variant_alternative_t<I, Lifted>, L, N>(
-                *std::get_if<I>(&laws), layer, part, along)))
-          : void()),
+    ((laws.index() == I ? void(result.template emplace<I>(lifted<std::variant_alternative_t<I, Lifted>, L, N>(
+                              *std::get_if<I>(&laws), layer, part, along)))
+                        : void()),
      ...);
   }(std::index_sequence_for<L...>{});
   return result;

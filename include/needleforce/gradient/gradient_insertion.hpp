@@ -29,8 +29,8 @@ struct ForceEvent {
   std::array<double, N> before{}, after{};
 };
 
-/// An `Insertion` with up to N derivatives. Trivially copyable; every method but the constructor is wait-free,
-/// and the constructor allocates nothing.
+/// An `Insertion` with up to N derivatives. Trivially copyable; every method but the constructor is
+/// wait-free, and the constructor allocates nothing.
 template <std::size_t N = 8>
 class GradientInsertion {
  public:
@@ -104,8 +104,8 @@ class GradientInsertion {
       const Number before = share > 0.0 ? prepared_.step(copy, at, velocity, share * elapsed).force : last_;
       const double past = std::min(at + beyond * travel, depth);
       const Number after = prepared_.step(copy, past, velocity, (past - copy.depth) / travel * elapsed).force;
-      add({ForceEventKind::puncture, i, at, after.value - before.value, layer(i).puncture.by, before.by,
-           after.by});
+      add({ForceEventKind::puncture, i, at, after.value - before.value, layer(i).puncture.derivatives(),
+           before.derivatives(), after.derivatives()});
     }
   }
   /// Contacts that relaxed, and a first step below a puncture.
@@ -114,7 +114,7 @@ class GradientInsertion {
       const BasicLayerState<Number>& state = state_.layers[i];
       if (!state.pierced || !layer(i).resists() || known(i) || noted_[i]) continue;
       add({ForceEventKind::puncture, i, state.puncture_depth.value, sample.force.value - last_.value,
-           state.puncture_depth.by, last_.by, sample.force.by});
+           state.puncture_depth.derivatives(), last_.derivatives(), sample.force.derivatives()});
     }
     for (std::size_t i = 0; i < prepared_.layers(); ++i) noted_[i] = state_.layers[i].pierced;
   }
@@ -127,12 +127,13 @@ class GradientInsertion {
   void note(double before, double depth) noexcept {
     const double travel = depth - before;
     if (travel * travel_ < 0.0)
-      add({ForceEventKind::reversal, 0, before, 0.0, {}, last_.by, last_.by});
+      add({ForceEventKind::reversal, 0, before, 0.0, {}, last_.derivatives(), last_.derivatives()});
     travel_ = travel;
     for (std::size_t i = 0; i < prepared_.layers(); ++i) {
       const Number& top = layer(i).top;
       if (before <= top.value && depth > top.value && layer(i).resists() && !noted_[i])
-        add({ForceEventKind::contact, i, top.value, 0.0, top.by, last_.by, last_.by});
+        add({ForceEventKind::contact, i, top.value, 0.0, top.derivatives(), last_.derivatives(),
+             last_.derivatives()});
       note_slip(i, depth);
     }
   }
@@ -144,7 +145,9 @@ class GradientInsertion {
         const bool inside = state.pierced && state.shaft.embedded.value > 0.0;
         const bool slides = inside && memory.element.stiffening.value == 0.0;
         const Number at = depth - law.slip(state.shaft, memory).travel;
-        if (slides && sticks_[i]) add({ForceEventKind::slip, i, at.value, 0.0, at.by, last_.by, last_.by});
+        if (slides && sticks_[i])
+          add({ForceEventKind::slip, i, at.value, 0.0, at.derivatives(), last_.derivatives(),
+               last_.derivatives()});
         sticks_[i] = inside && !slides;
       }
     });

@@ -37,7 +37,8 @@ struct BasicConstantCutting {
     Real per_travel;  // 1 / unloading [1/m]
     Real steady(Real = 0.0) const noexcept { return full; }
     void enter(BasicCut<Real>& cut, Memory&, Real depth, Real) const noexcept { cut.front = depth; }
-    void advance(BasicCut<Real>& cut, Memory&, const BasicMove<Real>& move) const noexcept {
+    template <class Motion>
+    void advance(BasicCut<Real>& cut, Memory&, const Motion& move) const noexcept {
       cut.front = max(cut.front, move.depth);
     }
     /// Where the front may be of a tip at a depth that presses no more [m].

@@ -41,13 +41,15 @@ struct BasicCoulomb {
     Real dimple_ratio;
     Real surface(Real top, Real puncture) const noexcept { return top + dimple_ratio * (puncture - top); }
     Real sliding(Real embedded, double v) const noexcept { return copysign(per_length, v) * embedded; }
-    void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
+    template <class Motion>
+    void advance(BasicShaft<Real>& shaft, Memory& memory, const Motion& move,
                  const BasicLayerExtent<Real>& extent, const BasicRelaxing<Real>& relaxing) const noexcept {
       shaft.embed(extent, move.depth, surface(extent.top, extent.puncture));
       slide(shaft, memory, move, extent, relaxing);
     }
     /// Drags the tissue along the embedded shaft.
-    void slide(const BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
+    template <class Motion>
+    void slide(const BasicShaft<Real>& shaft, Memory& memory, const Motion& move,
                const BasicLayerExtent<Real>& extent, const BasicRelaxing<Real>& relaxing) const noexcept {
       // a branch, so that the usual step does not wait for the embedded length
       if (2.0 * stiffness * shaft.embedded >= per_length && shaft.embedded > 0.0) [[likely]]
@@ -57,8 +59,9 @@ struct BasicCoulomb {
         take_hold(shaft, memory, move, extent, relaxing);
     }
     /// Drags the tissue along a shaft that is short, or not in the tissue.
-    [[gnu::noinline]] void take_hold(const BasicShaft<Real>& shaft, Memory& memory,
-                                     const BasicMove<Real>& move, const BasicLayerExtent<Real>& extent,
+    template <class Motion>
+    [[gnu::noinline]] void take_hold(const BasicShaft<Real>& shaft, Memory& memory, const Motion& move,
+                                     const BasicLayerExtent<Real>& extent,
                                      const BasicRelaxing<Real>& relaxing) const noexcept {
       const auto [low, high] = shaft.limits(extent, stiffness, -per_length, per_length);
       memory.traction = memory.element.drag(stiffness * move.below, low, high, relaxing, move.advancing);
