@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The same model as members of a batch: each with the values of the engine, to the last bit but for the sign of
-// a zero, also where one was put back.
+// The same model as members of a batch: each with the values of the engine, to the last bit but for the sign
+// of a zero, also where one was put back.
 #pragma once
 
 #include <array>
