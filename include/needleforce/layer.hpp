@@ -292,7 +292,7 @@ class PreparedLayer {
     if constexpr (std::is_void_v<Law>)
       return dispatch(laws, visit);
     else
-      return visit(*std::get_if<Law>(&laws));
+      return visit(known(std::get_if<Law>(&laws)));
   }
 
   /// As `advance`, for a depth with noise: slip is returned before the tissue unloads.
