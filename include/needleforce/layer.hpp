@@ -90,11 +90,12 @@ class PreparedLayer {
         relaxes_(relaxing(1.0).relaxes),
         reach_(on_contact(tip, [](const auto& law) { return law.reach(); })) {}
 
-  /// True for the paper's friction and cutting without relaxation.
+  /// True for the paper's friction and cutting.
   bool plain() const noexcept {
     return std::holds_alternative<laws::Coulomb::Prepared>(friction_) &&
-           std::holds_alternative<laws::ConstantCutting::Prepared>(cutting_) && !relaxes_;
+           std::holds_alternative<laws::ConstantCutting::Prepared>(cutting_);
   }
+  bool relaxes() const noexcept { return relaxes_; }
   /// False for an interface without resistance.
   bool resists() const noexcept { return puncture > top; }
   /// True beyond the range of the stiffness law's formula.
@@ -174,15 +175,14 @@ class PreparedLayer {
   }
 
   /// Moves the shaft and returns its force, if the layer is pierced. Embedding in the next layer starts at
-  /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void.
-
-  template <class Law>
+  /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void; `elastic` as for press().
+  template <class Law, bool elastic>
   [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom, double root,
                                       const DepthNoise& noise, const TipTable& tip) const noexcept {
     const LayerExtent extent{top, state.pierced ? state.puncture_depth : puncture, bottom, state.pierced,
                              root};
-    const Relaxing elastic{};
-    const Relaxing& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
+    const Relaxing none{};
+    const Relaxing& relaxing = elastic ? none : state.relaxing;
     return dispatch_as<Law>(friction_, [&](const auto& law) NEEDLEFORCE_INLINED -> Dragged {
       auto& memory = memory_of(law, state.friction);
       bool known = false;

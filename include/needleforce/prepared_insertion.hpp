@@ -47,6 +47,7 @@ class PreparedInsertion {
     }
     noise_ = noise_of(limits.depth_noise);
     plain_ = count_ == 1 && layers_[0].plain() && noise_.range == 0.0;
+    relaxes_ = layers_[0].relaxes();
   }
 
   /// One cycle of an insertion that remembers `state`: see `Insertion::step`. Inlined by force, as the short
@@ -173,34 +174,41 @@ class PreparedInsertion {
     state.waited = 0.0;
     state.started = true;
     // rare and slow cases are out of line, so that the short path calls nothing
-    const bool whole = state.pierced > 0 || !(depth > layers_[0].puncture);
-    if (!(plain_ && whole)) return in_general(state, depth, travel, velocity, elapsed, first, aside);
-    return through<true>(state, moved(state, depth, travel, velocity, elapsed), first, aside);
+    const bool pierced = state.pierced > 0, whole = pierced || !(depth > layers_[0].puncture);
+    if (plain_ && relaxes_ && pierced) return relaxing(state, depth, travel, velocity, elapsed, aside);
+    if (!(plain_ && !relaxes_ && whole))
+      return in_general(state, depth, travel, velocity, elapsed, first, aside);
+    return through<true, true>(state, moved(state, depth, travel, velocity, elapsed), first, aside);
+  }
+
+  [[gnu::noinline]] Sample relaxing(InsertionState& state, double depth, double travel, double velocity,
+                                    double elapsed, double aside) const noexcept {
+    return through<true, false>(state, moved(state, depth, travel, velocity, elapsed), false, aside);
   }
 
   [[gnu::noinline]] Sample in_general(InsertionState& state, double depth, double travel, double velocity,
                                       double elapsed, bool first, double aside) const noexcept {
-    return through<false>(state, moved(state, depth, travel, velocity, elapsed), first, aside);
+    return through<false, false>(state, moved(state, depth, travel, velocity, elapsed), first, aside);
   }
 
   /// Cut, contacts from the surface down, shafts from the bottom up, then their sum. Small values
-  /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting
-  /// and no relaxation, known at compile time: the same code, half the time.
-  template <bool plain>
+  /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting,
+  /// `elastic` without relaxation, otherwise pierced, known at compile time: the same code, half the time.
+  template <bool plain, bool elastic>
   [[gnu::always_inline]] Sample through(InsertionState& state, const Move& move, bool first,
                                         double aside) const noexcept {
     using KnownFriction = std::conditional_t<plain, laws::Coulomb::Prepared, void>;
     using KnownCutting = std::conditional_t<plain, laws::ConstantCutting::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
     const DepthNoise noise = plain ? DepthNoise{} : noise_;
-    if (!plain && move.dt != state.relaxation_dt) relax(state, move.dt);
+    if (!elastic && move.dt != state.relaxation_dt) relax(state, move.dt);
     Contacts contacts{};
     Move cuts = move;    // what the cut has still to do in this step
     unsigned fresh = 0;  // bits of the layers that are punctured in this step
     for (std::size_t i = 0; i < count; ++i) {
       LayerState& layer = state.layers[i];
       if (layer.pierced) continue;
-      if (!layers_[i].template press<plain>(layer, move, first, tip_)) {
+      if (!layers_[i].template press<elastic>(layer, move, first, tip_)) {
         contacts.add(layers_[i], layer, move.depth);
         continue;
       }
@@ -225,7 +233,8 @@ class PreparedInsertion {
       const double root = plain ? std::numeric_limits<double>::infinity() : root_of(state, i);
       const Move& own = !plain && (fresh >> i & 1u) ? since_puncture(state, move, i) : move;
       const double last_surface = state.layers[i].shaft.surface;
-      shafts += layers_[i].template drag<KnownFriction>(state.layers[i], own, bottom, root, noise, tip_);
+      shafts +=
+          layers_[i].template drag<KnownFriction, elastic>(state.layers[i], own, bottom, root, noise, tip_);
       const double surface = state.layers[i].shaft.surface;
       if (!plain && i > 0 && (fresh >> i & 1u)) go_down(state, i - 1, last_surface, surface);
       bottom = surface;
@@ -378,7 +387,8 @@ class PreparedInsertion {
   std::array<bool, max_layers> same_cutting_{};   // as the layer above
   Limits limits_;
   bool valid_;
-  bool plain_ = false;
+  bool plain_ = false;    // one layer with the paper's friction and cutting
+  bool relaxes_ = false;  // and it relaxes
   DepthNoise noise_{};
   double lateral_ratio_ = 0.0;
   std::uint64_t model_ = 0;  // the fingerprint of the model
