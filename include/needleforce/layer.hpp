@@ -75,8 +75,8 @@ class PreparedLayer {
   PreparedLayer() = default;
   explicit PreparedLayer(const Layer& layer, const TipTable& tip) noexcept
       : top(layer.top),
-        stiffness_(std::visit([](const auto& law) { return Contacts::type{Contacts::keep(law)}; },
-                              layer.laws.stiffness)),
+        stiffness_(dispatch(layer.laws.stiffness,
+                            [](const auto& law) { return Contacts::type{Contacts::keep(law)}; })),
         friction_(prepare(layer.laws.friction)),
         cutting_(prepare(layer.laws.cutting)),
         relaxation_(prepare(layer.laws.relaxation)),

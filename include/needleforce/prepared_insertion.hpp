@@ -205,7 +205,8 @@ class PreparedInsertion {
     Contacts contacts{};
     Move cuts = move;    // what the cut has still to do in this step
     unsigned fresh = 0;  // bits of the layers that are punctured in this step
-    for (std::size_t i = 0; i < count; ++i) {
+    constexpr bool pierced = plain && !elastic;
+    for (std::size_t i = 0; i < count && !pierced; ++i) {
       LayerState& layer = state.layers[i];
       if (layer.pierced) continue;
       if (!layers_[i].template press<elastic>(layer, move, first, tip_)) {
