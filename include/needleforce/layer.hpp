@@ -38,27 +38,64 @@ struct BasicDragged {
 };
 using Dragged = BasicDragged<double>;
 
-/// A layer's laws with everything computed that does not change in the loop. Every method is wait-free.
+/// The contact laws as a layer keeps them: of `tip_contact` without the table, which the insertion has.
+namespace detail {
+template <class Laws>
+struct contacts_in_layer;
+template <class... L>
+struct contacts_in_layer<std::variant<L...>> {
+  template <class Law>
+  static auto keep(const Law& law) noexcept {
+    if constexpr (requires { law.shared(); })
+      return law.shared();
+    else
+      return law.prepare();
+  }
+  using type = std::variant<decltype(keep(std::declval<L>()))...>;
+};
+}  // namespace detail
+
+/// A layer's laws with everything computed that does not change in the loop. Every method is wait-free. `tip`
+/// is the table that all layers share.
 template <class Real>
 class BasicPreparedLayer {
+  using Contacts = detail::contacts_in_layer<BasicStiffness<Real>>;
+
  public:
+  /// Calls `visit` with the contact law.
+  template <class Visit>
+  [[gnu::always_inline]] decltype(auto) on_contact(const TipTable& tip, Visit visit) const noexcept {
+    return dispatch(stiffness_, [&](const auto& law) NEEDLEFORCE_INLINED -> decltype(auto) {
+      if constexpr (requires { law.on(tip); })
+        return visit(law.on(tip));
+      else
+        return visit(law);
+    });
+  }
   BasicPreparedLayer() = default;
-  explicit BasicPreparedLayer(const BasicLayer<Real>& layer) noexcept
+  explicit BasicPreparedLayer(const BasicLayer<Real>& layer, const TipTable& tip) noexcept
       : top(layer.top),
-        stiffness_(prepare(layer.laws.stiffness)),
+        stiffness_(dispatch(layer.laws.stiffness,
+                            [](const auto& law) { return typename Contacts::type{Contacts::keep(law)}; })),
         friction_(prepare(layer.laws.friction)),
         cutting_(prepare(layer.laws.cutting)),
         relaxation_(prepare(layer.laws.relaxation)),
         criterion_(layer.laws.puncture),
-        puncture(layer.top + puncture_depth(layer.laws.puncture, stiffness_)),
+        puncture(layer.top + on_contact(tip,
+                                        [&](const auto& contact) {
+                                          return dispatch(criterion_, [&](const auto& law) {
+                                            return law.puncture_depth(contact);
+                                          });
+                                        })),
         relaxes_(relaxing(1.0).relaxes),
-        reach_(dispatch(stiffness_, [](const auto& law) { return law.reach(); })) {}
+        reach_(on_contact(tip, [](const auto& law) { return law.reach(); })) {}
 
-  /// True for the paper's friction and cutting without relaxation.
+  /// True for the paper's friction and cutting.
   bool plain() const noexcept {
     return std::holds_alternative<typename laws::BasicCoulomb<Real>::Prepared>(friction_) &&
-           std::holds_alternative<typename laws::BasicConstantCutting<Real>::Prepared>(cutting_) && !relaxes_;
+           std::holds_alternative<typename laws::BasicConstantCutting<Real>::Prepared>(cutting_);
   }
+  bool relaxes() const noexcept { return relaxes_; }
   /// False for an interface without resistance.
   bool resists() const noexcept { return puncture > top; }
   /// True beyond the range of the stiffness law's formula.
@@ -68,8 +105,8 @@ class BasicPreparedLayer {
   }
 
   /// No less than a contact of the layer can hold [N], also where another model pressed it.
-  double largest_contact() const noexcept {
-    return 1e3 + 3.0 * dispatch(stiffness_, [](const auto& law) { return value_of(law.force(farthest)); });
+  double largest_contact(const TipTable& tip) const noexcept {
+    return 1e3 + 3.0 * on_contact(tip, [](const auto& law) { return value_of(law.force(farthest)); });
   }
   /// Looks at the cut of the layer that the tip is in, whose force may have come with a speed [m/s].
   void check(StateCheck& check, const BasicCut<Real>& cut, double speed) const noexcept {
@@ -89,8 +126,6 @@ class BasicPreparedLayer {
                                         bool first) const noexcept {
     return depth > puncture && (elastic || !relaxes_ || first || breaks(state));
   }
-  /// True if the contact relaxes: then it is punctured at the end of a step.
-  bool relaxes() const noexcept { return relaxes_; }
   /// Calls `visit` with the friction law and its memory.
   template <class Visit>
   auto with_friction(const BasicLayerState<Real>& state, Visit visit) const noexcept {
@@ -100,8 +135,8 @@ class BasicPreparedLayer {
   /// The contact of a layer that is not pierced; true if it is punctured instead. `first`: the first step.
   /// `elastic`: no relaxation, known to the caller.
   template <bool elastic, class Motion>
-  [[gnu::always_inline]] bool press(BasicLayerState<Real>& state, const Motion& move,
-                                    bool first) const noexcept {
+  [[gnu::always_inline]] bool press(BasicLayerState<Real>& state, const Motion& move, bool first,
+                                    const TipTable& tip) const noexcept {
     const bool relaxes = !elastic && relaxes_;
     if (gives_way<elastic>(state, value_of(move.depth), first)) return true;
     const Real indentation = max(0.0, move.depth - top);
@@ -109,16 +144,17 @@ class BasicPreparedLayer {
       state.indentation = state.contact_force = state.contact_slope = 0.0;
       return false;
     }
-    dispatch(stiffness_, [&](const auto& law) { press<elastic>(law, state, move, indentation); });
+    on_contact(tip,
+               [&](const auto& law) NEEDLEFORCE_INLINED { press<elastic>(law, state, move, indentation); });
     return false;
   }
 
   /// Ends the contact. An elastic one is punctured at its puncture depth, one that relaxed at the depth of
   /// the tip. Of the energy [J] of a contact that relaxed, no more than the share of its force is left.
-  [[gnu::noinline]] BasicContactAtPuncture<Real> pierce(BasicLayerState<Real>& state,
-                                                        Real depth) const noexcept {
+  [[gnu::noinline]] BasicContactAtPuncture<Real> pierce(BasicLayerState<Real>& state, Real depth,
+                                                        const TipTable& tip) const noexcept {
     if (!relaxes_) state.contact.elastic = state.contact_force;
-    const auto [instant, energy] = dispatch(stiffness_, [&](const auto& law) {
+    const auto [instant, energy] = on_contact(tip, [&](const auto& law) {
       return std::pair{law.force(state.indentation), law.energy(state.indentation)};
     });
     const bool by_load =
@@ -130,15 +166,16 @@ class BasicPreparedLayer {
     contact.free_energy = left * energy;
     contact.free_force = state.contact_force;
     contact.left = left;
-    whole(contact, state);
+    whole(contact, state, tip);
     contact.relaxing = state.relaxing;
     contact.extent = {top, state.puncture_depth, std::numeric_limits<double>::infinity(), true, top};
     contact.depth = depth;
     return contact;
   }
   /// Force, energy and work at the depth of the puncture, which the last step in contact did not reach.
-  void whole(BasicContactAtPuncture<Real>& contact, const BasicLayerState<Real>& state) const noexcept {
-    dispatch(stiffness_, [&](const auto& law) {
+  void whole(BasicContactAtPuncture<Real>& contact, const BasicLayerState<Real>& state,
+             const TipTable& tip) const noexcept {
+    on_contact(tip, [&](const auto& law) {
       const Real deepest = state.puncture_depth - top;
       contact.whole_force = contact.left * law.force(deepest);
       contact.whole_energy = contact.left * law.energy(deepest);
@@ -152,16 +189,15 @@ class BasicPreparedLayer {
   }
 
   /// Moves the shaft and returns its force, if the layer is pierced. Embedding in the next layer starts at
-  /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void.
-
-  template <class Law, class Motion>
+  /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void; `elastic` as for press().
+  template <class Law, bool elastic, class Motion>
   [[gnu::always_inline]] BasicDragged<Real> drag(BasicLayerState<Real>& state, const Motion& move,
-                                                 Real bottom, Real root,
-                                                 const DepthNoise& noise) const noexcept {
+                                                 Real bottom, Real root, const DepthNoise& noise,
+                                                 const TipTable& tip) const noexcept {
     const BasicLayerExtent<Real> extent{top, state.pierced ? state.puncture_depth : puncture, bottom,
                                         state.pierced, root};
-    static constexpr BasicRelaxing<Real> elastic{};
-    const BasicRelaxing<Real>& relaxing = std::is_void_v<Law> ? state.relaxing : elastic;
+    static constexpr BasicRelaxing<Real> none{};
+    const BasicRelaxing<Real>& relaxing = elastic ? none : state.relaxing;
     return dispatch_as<Law>(friction_, [&](const auto& law) NEEDLEFORCE_INLINED -> BasicDragged<Real> {
       auto& memory = memory_of(law, state.friction);
       bool known = false;
@@ -169,7 +205,7 @@ class BasicPreparedLayer {
         if (noise.range > 0.0) known = true, advance_in_noise(law, memory, state, move, extent, noise);
       if (!known) law.advance(state.shaft, memory, move, extent, relaxing);
       if constexpr (requires { law.keeps_contact; })
-        if (state.pierced) keep_contact(law, memory, move, extent, relaxing);
+        if (state.pierced) keep_contact(law, memory, move, extent, relaxing, tip);
       // above the tissue nothing drags the shaft; layers that add up have a moving surface of their own
       if constexpr (!requires { law.own_surface; })
         if (move.depth <= 0.0) release(state.shaft, memory);
@@ -265,9 +301,10 @@ class BasicPreparedLayer {
   template <class Law, class Memory>
   [[gnu::noinline]] void keep_contact(const Law& law, Memory& memory, const BasicMove<Real>& move,
                                       const BasicLayerExtent<Real>& extent,
-                                      const BasicRelaxing<Real>& relaxing) const noexcept {
+                                      const BasicRelaxing<Real>& relaxing,
+                                      const TipTable& tip) const noexcept {
     const Real indentation = law.yield(memory, move, extent, relaxing);
-    dispatch(stiffness_, [&](const auto& contact) {
+    on_contact(tip, [&](const auto& contact) {
       law.press(memory, contact.force(indentation), contact.slope(indentation));
     });
   }
@@ -276,7 +313,7 @@ class BasicPreparedLayer {
     if constexpr (std::is_void_v<Law>)
       return dispatch(laws, visit);
     else
-      return visit(*std::get_if<Law>(&laws));
+      return visit(known(std::get_if<Law>(&laws)));
   }
 
   /// As `advance`, for a depth with noise: slip is returned before the tissue unloads.
@@ -351,7 +388,7 @@ class BasicPreparedLayer {
     return dispatch(criterion_, [&](const auto& law) { return law.breaks(state.contact_force, state.work); });
   }
 
-  Prepared<BasicStiffness<Real>> stiffness_{};
+  typename Contacts::type stiffness_{};
   Prepared<BasicFriction<Real>> friction_{};
   Prepared<BasicCutting<Real>> cutting_{};
   Prepared<BasicRelaxation<Real>> relaxation_{};

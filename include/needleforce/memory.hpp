@@ -9,7 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <memory>
+#include <new>
 #include <type_traits>
 
 #include "relaxation.hpp"
@@ -263,7 +263,7 @@ class OneMemory {
   template <class Wanted>
   [[gnu::noinline]] void begin() noexcept {
     bytes_ = {};
-    std::construct_at(reinterpret_cast<Wanted*>(bytes_.data()));
+    new (bytes_.data()) Wanted();
     number_ = number<Wanted>;
   }
   std::uint64_t number_ = 0;  // 0: none yet

@@ -43,7 +43,8 @@ class BasicPreparedInsertion {
     if (!valid_) return;
     lateral_ratio_ = bevel.lateral_ratio();
     model_ = fingerprint(layers);
-    for (std::size_t i = 0; i < layers.size(); ++i) layers_[i] = BasicPreparedLayer<Real>(numbers[i]);
+    if (const auto* law = detail::first_tip(layers)) tip_ = TipTable(law->tip, law->radius);
+    for (std::size_t i = 0; i < layers.size(); ++i) layers_[i] = BasicPreparedLayer<Real>(numbers[i], tip_);
     for (std::size_t i = 1; i < layers.size(); ++i) {
       // a law that stands alone has a spring of its own in each layer
       same_friction_[i] = !layers_[i].resists() && !detail::adds(layers[i].laws) &&
@@ -52,11 +53,13 @@ class BasicPreparedInsertion {
     }
     noise_ = noise_of(limits.depth_noise);
     plain_ = count_ == 1 && layers_[0].plain() && noise_.range == 0.0;
+    relaxes_ = layers_[0].relaxes();
   }
 
-  /// One cycle of an insertion that remembers `state`: see `Insertion::step`.
-  BasicSample<Real> step(BasicInsertionState<Real>& state, double depth, double velocity,
-                         double dt) const noexcept {
+  /// One cycle of an insertion that remembers `state`: see `Insertion::step`. Inlined by force, as the short
+  /// path is: a loop that reads two numbers of a sample does not wait for the others.
+  [[gnu::always_inline]] BasicSample<Real> step(BasicInsertionState<Real>& state, double depth,
+                                                double velocity, double dt) const noexcept {
     const Status status = check(state, depth, velocity, dt);
     if (status != Status::ok) return refuse(state, status, dt);
     return accept(state, depth, velocity, dt, 0.0);
@@ -82,7 +85,7 @@ class BasicPreparedInsertion {
     StateCheck check;
     needleforce::check(check, state, count_);
     for (std::size_t i = 0; i < max_layers; ++i)
-      needleforce::check(check, state.layers[i], i < count_ ? layers_[i].largest_contact() : 0.0);
+      needleforce::check(check, state.layers[i], i < count_ ? layers_[i].largest_contact(tip_) : 0.0);
     if (!check.fault() && state.pierced > 0)
       layers_[state.pierced - 1].check(check, state.cut, min(limits_.max_speed, fastest));
     return check.fault();
@@ -111,10 +114,10 @@ class BasicPreparedInsertion {
   /// True where cutting pays for the lateral force of the bevel, which is a share of its own, and in each
   /// layer for one of another cause, if there is.
   bool pays(bool other) const noexcept {
-    return !(other || lateral_ratio_ != 0.0) ||
-           std::ranges::all_of(stack(), [&](const BasicPreparedLayer<Real>& layer) {
-             return layer.keeps() && (!other || layer.steady_cutting() > 0.0);
-           });
+    if (!(other || lateral_ratio_ != 0.0)) return true;
+    for (std::size_t i = 0; i < count_; ++i)
+      if (!layers_[i].keeps() || (other && !(layers_[i].steady_cutting() > 0.0))) return false;
+    return true;
   }
   /// A number that distinguishes layers.
   std::uint64_t layers_fingerprint() const noexcept { return model_; }
@@ -125,8 +128,8 @@ class BasicPreparedInsertion {
     print.add(lateral_ratio_);
     return print.value();
   }
-  /// The layers in use. Wait-free.
-  std::span<const BasicPreparedLayer<Real>> stack() const noexcept { return {layers_.data(), count_}; }
+  /// One of the layers. Wait-free.
+  const BasicPreparedLayer<Real>& layer(std::size_t i) const noexcept { return layers_[i]; }
   /// How many layers there are.
   std::size_t layers() const noexcept { return count_; }
   /// Deepest travel that a step takes [m].
@@ -182,36 +185,44 @@ class BasicPreparedInsertion {
     state.waited = 0.0;
     state.started = true;
     // rare and slow cases are out of line, so that the short path calls nothing
-    const bool whole = state.pierced > 0 || !(depth > layers_[0].puncture);
-    if (!(plain_ && whole)) return in_general(state, depth, travel, velocity, elapsed, first, aside);
-    return through<true>(state, moved(state, depth, travel, velocity, elapsed), first, aside);
+    const bool pierced = state.pierced > 0, whole = pierced || !(depth > layers_[0].puncture);
+    if (plain_ && relaxes_ && pierced) return relaxing(state, depth, travel, velocity, elapsed, aside);
+    if (!(plain_ && !relaxes_ && whole))
+      return in_general(state, depth, travel, velocity, elapsed, first, aside);
+    return through<true, true>(state, moved(state, depth, travel, velocity, elapsed), first, aside);
+  }
+
+  [[gnu::noinline]] BasicSample<Real> relaxing(BasicInsertionState<Real>& state, double depth, double travel,
+                                               double velocity, double elapsed, double aside) const noexcept {
+    return through<true, false>(state, moved(state, depth, travel, velocity, elapsed), false, aside);
   }
 
   [[gnu::noinline]] BasicSample<Real> in_general(BasicInsertionState<Real>& state, double depth,
                                                  double travel, double velocity, double elapsed, bool first,
                                                  double aside) const noexcept {
-    return through<false>(state, numbers_of<Real>(moved(state, depth, travel, velocity, elapsed)), first,
-                          aside);
+    return through<false, false>(state, numbers_of<Real>(moved(state, depth, travel, velocity, elapsed)),
+                                 first, aside);
   }
 
   /// Cut, contacts from the surface down, shafts from the bottom up, then their sum. Small values
-  /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting
-  /// and no relaxation, known at compile time: the same code, half the time.
-  template <bool plain, class Motion>
+  /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting,
+  /// `elastic` without relaxation, otherwise pierced, known at compile time: the same code, half the time.
+  template <bool plain, bool elastic, class Motion>
   [[gnu::always_inline]] BasicSample<Real> through(BasicInsertionState<Real>& state, const Motion& move,
                                                    bool first, double aside) const noexcept {
     using KnownFriction = std::conditional_t<plain, typename laws::BasicCoulomb<Real>::Prepared, void>;
     using KnownCutting = std::conditional_t<plain, typename laws::BasicConstantCutting<Real>::Prepared, void>;
     const std::size_t count = plain ? 1 : count_;
     const DepthNoise noise = plain ? DepthNoise{} : noise_;
-    if (!plain && value_of(move.dt) != state.relaxation_dt) relax(state, value_of(move.dt));
+    if (!elastic && value_of(move.dt) != state.relaxation_dt) relax(state, value_of(move.dt));
     Contacts contacts{};
     Motion cuts = move;  // what the cut has still to do in this step
     unsigned fresh = 0;  // bits of the layers that are punctured in this step
-    for (std::size_t i = 0; i < count; ++i) {
+    constexpr bool pierced = plain && !elastic;
+    for (std::size_t i = 0; i < count && !pierced; ++i) {
       BasicLayerState<Real>& layer = state.layers[i];
       if (layer.pierced) continue;
-      if (!layers_[i].template press<plain>(layer, move, first)) {
+      if (!layers_[i].template press<elastic>(layer, move, first, tip_)) {
         contacts.add(layers_[i], layer, value_of(move.depth));
         continue;
       }
@@ -236,7 +247,8 @@ class BasicPreparedInsertion {
       const Real root = plain ? std::numeric_limits<double>::infinity() : root_of(state, i);
       const Motion own = own_part<plain>(state, move, fresh, i);
       const Real last_surface = state.layers[i].shaft.surface;
-      shafts += layers_[i].template drag<KnownFriction>(state.layers[i], own, bottom, root, noise);
+      shafts +=
+          layers_[i].template drag<KnownFriction, elastic>(state.layers[i], own, bottom, root, noise, tip_);
       const Real surface = state.layers[i].shaft.surface;
       if (!plain && i > 0 && (fresh >> i & 1u)) go_down(state, i - 1, last_surface, surface);
       bottom = surface;
@@ -318,7 +330,7 @@ class BasicPreparedInsertion {
   [[gnu::noinline]] bool pierce(BasicInsertionState<Real>& state, std::size_t i,
                                 BasicMove<Real>& cuts) const noexcept {
     const bool carries_on = state.pierced > 0 && !layers_[i].resists();
-    BasicContactAtPuncture<Real> contact = layers_[i].pierce(state.layers[i], cuts.depth);
+    BasicContactAtPuncture<Real> contact = layers_[i].pierce(state.layers[i], cuts.depth, tip_);
     const Real at = cut_down_to(state, contact.extent.puncture, cuts);
     const Real carried = carries_on ? front(state).cut_force(state.cut, state.cutting, at).force : -1.0;
     state.pierced = max(state.pierced, i + 1);
@@ -389,6 +401,7 @@ class BasicPreparedInsertion {
     return state.layers[i].shaft.surface;
   }
 
+  ModelSwap::Stack stack() const noexcept { return {{layers_.data(), count_}, tip_}; }
   const BasicPreparedLayer<Real>& front(const BasicInsertionState<Real>& state) const noexcept {
     return layers_[state.pierced - 1];
   }
@@ -396,11 +409,13 @@ class BasicPreparedInsertion {
   static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
 
   std::array<BasicPreparedLayer<Real>, max_layers> layers_{};
+  TipTable tip_{};                                // of the layers whose contact is that of a tip
   std::array<bool, max_layers> same_friction_{};  // as the layer above, without an interface
   std::array<bool, max_layers> same_cutting_{};   // as the layer above
   Limits limits_;
   bool valid_;
-  bool plain_ = false;
+  bool plain_ = false;    // one layer with the paper's friction and cutting
+  bool relaxes_ = false;  // and it relaxes
   DepthNoise noise_{};
   double lateral_ratio_ = 0.0;
   std::uint64_t model_ = 0;  // the fingerprint of the model

@@ -155,7 +155,7 @@ class GradientInsertion {
   void add(const Event& event) noexcept {
     if (events_ < most_events) event_[events_++] = event;
   }
-  const BasicPreparedLayer<Number>& layer(std::size_t i) const noexcept { return prepared_.stack()[i]; }
+  const BasicPreparedLayer<Number>& layer(std::size_t i) const noexcept { return prepared_.layer(i); }
 
   static constexpr double beyond = 1e-6;  // of a step, past a puncture
 

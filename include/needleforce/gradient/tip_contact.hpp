@@ -4,8 +4,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <limits>
-#include <variant>
 
 #include "../dual.hpp"
 #include "../laws/tip_contact.hpp"
@@ -27,45 +27,57 @@ struct DualTipContact {
       {&DualTipContact::radius, "radius", "m", 1e-6, 1e-1, required, "R", "", ""},
   }};
 
-  struct Prepared {
-    TipContact::Prepared plain{};
-    Number share;       ///< E_r over its value
+  /// The law on a table, which is of a modulus of 1.
+  template <class Table>
+  struct OnTable {
+    Number modulus;     ///< [Pa]
     Number radius;      ///< [m]
-    double modulus;     ///< [Pa]
     double saturation;  ///< h_s [m], infinity where the tip ends before the shank
+    Table table;
 
-    Number reach() const noexcept { return plain.reach(); }
+    Number reach() const noexcept { return std::numeric_limits<double>::infinity(); }
     Number force(const Number& h) const noexcept {
       const double beyond = std::max(0.0, h.value - saturation);
-      return plain.force(h.value) * share + plain.slope(h.value) * (h - h.value) +
-             2.0 * modulus * beyond * (radius - radius.value);
+      return modulus * (table.force(h.value) + table.slope(h.value) * (h - h.value) +
+                        2.0 * beyond * (radius - radius.value));
     }
+    /// Its own slope by differences: only a spring softer than the contact asks for it, at a puncture.
     Number slope(const Number& h) const noexcept {
-      const double near = 1e-4 * std::max(h.value, 1e-9), above = plain.slope(h.value + near);
-      const double bends = (above - plain.slope(std::max(0.0, h.value - near))) / (2.0 * near);
-      const double edge = h.value > saturation ? 2.0 * modulus : 0.0;
-      return plain.slope(h.value) * share + bends * (h - h.value) + edge * (radius - radius.value);
+      const double near = 1e-4 * std::max(h.value, 1e-9), above = table.slope(h.value + near);
+      const double bends = (above - table.slope(std::max(0.0, h.value - near))) / (2.0 * near);
+      const double edge = h.value > saturation ? 2.0 : 0.0;
+      return modulus * (table.slope(h.value) + bends * (h - h.value) + edge * (radius - radius.value));
     }
     Number energy(const Number& h) const noexcept {
       const double beyond = std::max(0.0, h.value - saturation);
-      return plain.energy(h.value) * share + plain.force(h.value) * (h - h.value) +
-             modulus * beyond * beyond * (radius - radius.value);
+      return modulus * (table.energy(h.value) + table.force(h.value) * (h - h.value) +
+                        beyond * beyond * (radius - radius.value));
     }
     Number indentation(const Number& reached) const noexcept {
-      const Number h = plain.indentation(reached.value);
+      const Number h = table.indentation(reached.value / modulus.value);
       return implied(h, force(h) - reached, slope(h));
     }
   };
+  using Prepared = OnTable<TipTable>;
+  /// What a layer keeps: the insertion has the table.
+  struct Shared {
+    Number modulus, radius;
+    double saturation;
+    OnTable<const TipTable&> on(const TipTable& table) const noexcept {
+      return {modulus, radius, saturation, table};
+    }
+  };
   Prepared prepare() const noexcept {
-    const double modulus = reduced_modulus.value, shank = radius.value;
-    const double saturation = std::visit(
-        [&](const auto& shape) {
-          const bool reached = shank < sneddon::last_radius(shape);
-          return reached ? sneddon::depth(shape, shank) : std::numeric_limits<double>::infinity();
-        },
-        tip);
-    return {TipContact{modulus, shank, tip}.prepare(), reduced_modulus / modulus, radius, modulus,
-            saturation};
+    return {reduced_modulus, radius, saturation(), TipTable(tip, radius.value)};
+  }
+  Shared shared() const noexcept { return {reduced_modulus, radius, saturation()}; }
+
+ private:
+  double saturation() const noexcept {
+    return dispatch(tip, [&](const auto& shape) {
+      const bool reached = radius.value < sneddon::last_radius(shape);
+      return reached ? sneddon::depth(shape, radius.value) : std::numeric_limits<double>::infinity();
+    });
   }
 };
 

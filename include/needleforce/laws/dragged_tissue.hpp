@@ -147,7 +147,9 @@ struct BasicDraggedTissue {
   }
 };
 
-using DraggedTissuePassive = BasicDraggedTissue<true, double>;
-using DraggedTissueAsFitted = BasicDraggedTissue<false, double>;
+template <bool passive>
+using DraggedTissue = BasicDraggedTissue<passive, double>;
+using DraggedTissuePassive = DraggedTissue<true>;
+using DraggedTissueAsFitted = DraggedTissue<false>;
 
 }  // namespace needleforce::laws

@@ -145,8 +145,10 @@ struct BasicNonlinearFoundation {
   static constexpr double shortest = 1e-12;          // [m], below an atom, where the mean is 1
 };
 
-using CubicFoundation = BasicNonlinearFoundation<foundations::Cubic, double>;
-using HyperbolicFoundation = BasicNonlinearFoundation<foundations::Hyperbolic, double>;
-using TanhFoundation = BasicNonlinearFoundation<foundations::Tanh, double>;
+template <class Form>
+using NonlinearFoundation = BasicNonlinearFoundation<Form, double>;
+using CubicFoundation = NonlinearFoundation<foundations::Cubic>;
+using HyperbolicFoundation = NonlinearFoundation<foundations::Hyperbolic>;
+using TanhFoundation = NonlinearFoundation<foundations::Tanh>;
 
 }  // namespace needleforce::laws

@@ -78,8 +78,10 @@ struct BasicPronySeries {
   Prepared prepare() const noexcept { return {{share_1, share_2}, {time_1, time_2}}; }
 };
 
-using Prony = BasicPronySeries<Dashpots::move, double>;
-using PronyLocked = BasicPronySeries<Dashpots::lock, double>;
-using PronyAtRest = BasicPronySeries<Dashpots::restore, double>;
+template <Dashpots dashpots>
+using PronySeries = BasicPronySeries<dashpots, double>;
+using Prony = PronySeries<Dashpots::move>;
+using PronyLocked = PronySeries<Dashpots::lock>;
+using PronyAtRest = PronySeries<Dashpots::restore>;
 
 }  // namespace needleforce::laws
