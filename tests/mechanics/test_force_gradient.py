@@ -14,7 +14,7 @@ FAMILIES = ("stiffness", "puncture", "friction", "cutting", "relaxation")
 CORNERS = [(0.0, -1.1e-3), (1.0, 10.3e-3), (1.2, 8.1e-3), (1.5, 12.7e-3), (2.0, 12.7e-3), (3.5, -1.3e-3)]
 TIME = np.arange(0.0, 3.5, 1e-3)
 DEPTH = np.interp(TIME, *zip(*CORNERS))
-STEPS = np.full(len(TIME), 1e-3)
+STEPS = np.diff(TIME, prepend=TIME[0] - (TIME[1] - TIME[0]))
 
 
 def changed(model, name, value):
@@ -80,7 +80,7 @@ def test_closed_forms_of_the_papers_law():
     np.testing.assert_allclose(found.column("cutting.force")[inside], 1.0, rtol=1e-13)
     dimple = -model.friction.per_length * model.puncture_depth
     np.testing.assert_allclose(found.column("friction.dimple_ratio")[inside], dimple, rtol=1e-13)
-    np.testing.assert_allclose(found.force, forces(model)[:1140], rtol=1e-13)
+    np.testing.assert_array_equal(found.force, forces(model)[:1140])
 
 
 @pytest.mark.parametrize("name", nf.presets())
@@ -88,15 +88,15 @@ def test_every_law_agrees_with_differences_away_from_jumps(name):
     model = nf.preset(name)
     found = model.force_gradient(DEPTH, TIME)
     plain = forces(model)
-    # the iteration of stribeck_cutting ends within 1e-8, one step sooner or later
-    rounding = 1e-5 if name == "stribeck" else 1e-12
-    np.testing.assert_allclose(found.force, plain, rtol=0.0, atol=rounding * plain.max())
+    np.testing.assert_array_equal(found.force, plain)
+    # the iteration of stribeck_cutting ends within 1e-8, which differences make larger
+    least = 1e-5 if name == "stribeck" else 1e-6
     for parameter in found.by:
         if at_the_end_of_its_range(model, parameter):
             continue
         expected, smooth, scale = differences(model, parameter)
         error = np.abs(found.column(parameter) - expected)[smooth].max(initial=0.0)
-        assert error <= 1e-6 * scale or scale == 0.0, (parameter, error, scale)
+        assert error <= least * scale or scale == 0.0, (parameter, error, scale)
         assert smooth.sum() > 1000, (parameter, smooth.sum())
 
 
