@@ -189,6 +189,15 @@ class PreparedLayer {
     });
   }
 
+  /// The same, for a memory that comes from elsewhere and has them.
+  void look_again(LayerState& state) const noexcept {
+    dispatch(friction_, [&]<class Law>(const Law& law) {
+      if constexpr (requires(typename Law::Memory memory) { law.look_again(memory); })
+        if (memory_of(law, std::as_const(state.friction)).limit > 0.0)
+          law.look_again(memory_of(law, state.friction));
+    });
+  }
+
   /// Moves the shaft and returns its force, if the layer is pierced. Embedding in the next layer starts at
   /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void; `elastic` as for press().
   template <class Law, bool elastic>

@@ -85,9 +85,10 @@ class PreparedInsertion {
     return check.fault();
   }
 
-  /// Puts the exponentials of relaxation into a memory that comes from elsewhere.
-  void restore_relaxation(InsertionState& state) const noexcept {
+  /// Puts what follows from the laws and the last motion into a memory that comes from elsewhere.
+  void restore_exponentials(InsertionState& state) const noexcept {
     if (state.relaxation_dt > 0.0) relax(state, state.relaxation_dt);
+    for (std::size_t i = 0; i < count_; ++i) layers_[i].look_again(state.layers[i]);
   }
   /// The memory of an insertion into other layers, in these: docs/decisions/0009.
   InsertionState continued(const PreparedInsertion& old, const InsertionState& state) const noexcept {

@@ -118,8 +118,16 @@ struct LuGre::Prepared {
     const bool known = memory.velocity == v && memory.limit > 0.0;
     if (known && memory.travel == travel) return;
     if (!known) find_limit(memory, v);
+    find_left(memory, travel);
+  }
+  void find_left(Memory& memory, double travel) const noexcept {
     memory.travel = travel;
     memory.left = std::exp(-law.bristle_stiffness * std::abs(travel) * memory.per_limit);
+  }
+  /// Of a memory that comes from elsewhere nothing is believed that follows from its motion.
+  void look_again(Memory& memory) const noexcept {
+    find_limit(memory, memory.velocity);
+    find_left(memory, memory.travel);
   }
   double surface(double top, double) const noexcept { return top; }
   double sliding(double embedded, double v) const noexcept {
