@@ -193,7 +193,7 @@ class PreparedLayer {
   void look_again(LayerState& state) const noexcept {
     dispatch(friction_, [&]<class Law>(const Law& law) {
       if constexpr (requires(typename Law::Memory memory) { law.look_again(memory); })
-        if (memory_of(law, std::as_const(state.friction)).limit > 0.0)
+        if (law.looked(memory_of(law, std::as_const(state.friction))))
           law.look_again(memory_of(law, state.friction));
     });
   }

@@ -115,7 +115,7 @@ struct LuGre::Prepared {
   /// The exponentials of a step, which depend on its motion alone: an insertion finds those of all layers
   /// before the first shaft moves, so that they do not wait for each other.
   void look_ahead(Memory& memory, double v, double travel) const noexcept {
-    const bool known = memory.velocity == v && memory.limit > 0.0;
+    const bool known = memory.velocity == v && looked(memory);
     if (known && memory.travel == travel) return;
     if (!known) find_limit(memory, v);
     find_left(memory, travel);
@@ -124,6 +124,7 @@ struct LuGre::Prepared {
     memory.travel = travel;
     memory.left = std::exp(-law.bristle_stiffness * std::abs(travel) * memory.per_limit);
   }
+  static bool looked(const Memory& memory) noexcept { return memory.limit > 0.0; }
   /// Of a memory that comes from elsewhere nothing is believed that follows from its motion.
   void look_again(Memory& memory) const noexcept {
     find_limit(memory, memory.velocity);
