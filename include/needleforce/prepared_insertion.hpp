@@ -48,6 +48,7 @@ class PreparedInsertion {
     noise_ = noise_of(limits.depth_noise);
     plain_ = count_ == 1 && layers_[0].plain() && noise_.range == 0.0;
     relaxes_ = layers_[0].relaxes();
+    for (std::size_t i = 0; i < count_ && count_ > 1; ++i) looks_ahead_ |= layers_[i].looks_ahead();
   }
 
   /// One cycle of an insertion that remembers `state`: see `Insertion::step`. Inlined by force, as the short
@@ -84,9 +85,10 @@ class PreparedInsertion {
     return check.fault();
   }
 
-  /// Puts the exponentials of relaxation into a memory that comes from elsewhere.
-  void restore_relaxation(InsertionState& state) const noexcept {
+  /// Puts what follows from the laws and the last motion into a memory that comes from elsewhere.
+  void restore_exponentials(InsertionState& state) const noexcept {
     if (state.relaxation_dt > 0.0) relax(state, state.relaxation_dt);
+    for (std::size_t i = 0; i < count_; ++i) layers_[i].look_again(state.layers[i]);
   }
   /// The memory of an insertion into other layers, in these: docs/decisions/0009.
   InsertionState continued(const PreparedInsertion& old, const InsertionState& state) const noexcept {
@@ -228,6 +230,8 @@ class PreparedInsertion {
                 : layer.cut_force(state.cut, state.cutting, cuts.depth);
     }
     if (state.pierced > 0 && move.depth <= state.cut.entry) tip = state.cut.receding(tip, move.depth);
+    for (std::size_t i = 0; !plain && looks_ahead_ && i < count; ++i)
+      layers_[i].look_ahead(state.layers[i], move);
     Dragged shafts{};
     double bottom = std::numeric_limits<double>::infinity();
     for (std::size_t i = count; i-- > 0;) {
@@ -388,8 +392,9 @@ class PreparedInsertion {
   std::array<bool, max_layers> same_cutting_{};   // as the layer above
   Limits limits_;
   bool valid_;
-  bool plain_ = false;    // one layer with the paper's friction and cutting
-  bool relaxes_ = false;  // and it relaxes
+  bool plain_ = false;        // one layer with the paper's friction and cutting
+  bool relaxes_ = false;      // and it relaxes
+  bool looks_ahead_ = false;  // several layers, and in one friction has numbers of the motion alone
   DepthNoise noise_{};
   double lateral_ratio_ = 0.0;
   std::uint64_t model_ = 0;  // the fingerprint of the model

@@ -78,11 +78,14 @@ struct LuGre {
 
 struct LuGre::Prepared {
   struct Memory {
-    double elastic = 0.0;    ///< sigma_0 zeta [N/m]
-    double traction = 0.0;   ///< force per embedded length [N/m]
-    double slipped = 0.0;    ///< travel of the last step that did not bend the bristles [m]
-    double limit = 0.0;      ///< g(v) at the last velocity [N/m]
-    double weakening = 0.0;  ///< dg/dv [N s/m^2]
+    double elastic = 0.0;                 ///< sigma_0 zeta [N/m]
+    double traction = 0.0;                ///< force per embedded length [N/m]
+    double slipped = 0.0;                 ///< travel of the last step that did not bend the bristles [m]
+    double limit = 0.0;                   ///< g(v) at the last velocity [N/m]
+    double per_limit = 0.0;               ///< 1 / g(v) [m/N]
+    double weakening = 0.0;               ///< dg/dv [N s/m^2]
+    double left = 1.0;                    ///< share of the deflection that a travel leaves
+    double velocity = 0.0, travel = 0.0;  ///< for which these are [m/s], [m], if there is a limit
 
     double held() const noexcept { return traction; }
     void take_over(const TakenOver& taken) noexcept { elastic = traction = taken.held; }
@@ -91,20 +94,41 @@ struct LuGre::Prepared {
   };
 
   LuGre law;
+  double per_speed, compliance;  // 1 / v_s [s/m], 1 / sigma_0 [m^2/N]
 
   double fall(double v) const noexcept {
-    const double ratio = std::abs(v) / law.stribeck_speed;
+    const double ratio = std::abs(v) * per_speed;
     return std::exp(-(law.stribeck_exponent == 2.0 ? ratio * ratio : std::pow(ratio, law.stribeck_exponent)));
   }
   /// g(v) [N/m], and dg/dv [N s/m^2], once a step, for all that follows.
   void find_limit(Memory& memory, double v) const noexcept {
+    memory.velocity = v;
     const double weaker = (law.static_friction - law.coulomb) * fall(v);
-    const double ratio = std::abs(v) / law.stribeck_speed;
+    const double ratio = std::abs(v) * per_speed;
     const double steep = law.stribeck_exponent == 2.0 ? ratio : std::pow(ratio, law.stribeck_exponent - 1.0);
     memory.limit = law.coulomb + weaker;
+    memory.per_limit = 1.0 / memory.limit;
     // far above v_s the product would be 0 times infinity
     memory.weakening =
-        weaker > 0.0 ? std::copysign(law.stribeck_exponent * steep * weaker / law.stribeck_speed, -v) : 0.0;
+        weaker > 0.0 ? std::copysign(law.stribeck_exponent * steep * weaker * per_speed, -v) : 0.0;
+  }
+  /// The exponentials of a step, which depend on its motion alone: an insertion finds those of all layers
+  /// before the first shaft moves, so that they do not wait for each other.
+  void look_ahead(Memory& memory, double v, double travel) const noexcept {
+    const bool known = memory.velocity == v && looked(memory);
+    if (known && memory.travel == travel) return;
+    if (!known) find_limit(memory, v);
+    find_left(memory, travel);
+  }
+  void find_left(Memory& memory, double travel) const noexcept {
+    memory.travel = travel;
+    memory.left = std::exp(-law.bristle_stiffness * std::abs(travel) * memory.per_limit);
+  }
+  static bool looked(const Memory& memory) noexcept { return memory.limit > 0.0; }
+  /// Of a memory that comes from elsewhere nothing is believed that follows from its motion.
+  void look_again(Memory& memory) const noexcept {
+    find_limit(memory, memory.velocity);
+    find_left(memory, memory.travel);
   }
   double surface(double top, double) const noexcept { return top; }
   double sliding(double embedded, double v) const noexcept {
@@ -113,23 +137,23 @@ struct LuGre::Prepared {
   }
   /// Remaining share of the bristles' deflection to sliding at velocity v: 1 - sigma_0 zeta sgn(v) / g(v).
   double remaining(const Memory& memory, double v) const noexcept {
-    return 1.0 - std::copysign(memory.elastic, v * memory.elastic) / memory.limit;
+    return 1.0 - std::copysign(memory.elastic, v * memory.elastic) * memory.per_limit;
   }
-  /// The elastic part [N/m] after a travel [m].
-  double dragged(const Memory& memory, double travel) const noexcept {
-    const double slides = std::copysign(memory.limit, travel);
-    const double left = std::exp(-law.bristle_stiffness * std::abs(travel) / memory.limit);
-    return slides + (memory.elastic - slides) * left;
+  /// The elastic part [N/m] after the travel.
+  double dragged(const Memory& memory) const noexcept {
+    const double slides = std::copysign(memory.limit, memory.travel);
+    return slides + (memory.elastic - slides) * memory.left;
   }
   [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
                                  const Relaxing&) const noexcept {
     shaft.embed(extent, move.depth, extent.top);
     const double largest = law.static_friction;
     const auto [low, high] = shaft.limits(extent, law.bristle_stiffness, -largest, largest);
-    find_limit(memory, move.velocity);
+    if (!extent.pierced) return memory.release();  // nothing bends the bristles, and no exponential is needed
+    look_ahead(memory, move.velocity, move.below);
     const double before = memory.elastic;
-    memory.elastic = std::clamp(dragged(memory, move.below), low, high);
-    memory.slipped = move.below - (memory.elastic - before) / law.bristle_stiffness;
+    memory.elastic = std::clamp(dragged(memory), low, high);
+    memory.slipped = move.below - (memory.elastic - before) * compliance;
     memory.traction = traction(memory, move.velocity);
   }
   void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
@@ -139,6 +163,7 @@ struct LuGre::Prepared {
   /// Bristles loaded by another law or by other parameters hold no more than static friction.
   void adopt(Memory& memory) const noexcept {
     memory.elastic = std::clamp(memory.elastic, -law.static_friction, law.static_friction);
+    memory.limit = 0.0;  // was that of another law
   }
   double traction(const Memory& memory, double v) const noexcept {
     return memory.elastic + (law.bristle_damping * remaining(memory, v) + law.viscous) * v;
@@ -148,7 +173,8 @@ struct LuGre::Prepared {
   }
   double by_depth(const Shaft& shaft, const Memory& memory, double v) const noexcept {
     // bristles that bend further damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
-    const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / memory.limit);
+    const double bending =
+        law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) * memory.per_limit);
     return memory.traction * shaft.embedded_by_depth + bending * remaining(memory, v) * shaft.embedded;
   }
   Slip slip(const Shaft& shaft, const Memory& memory) const noexcept {
@@ -156,18 +182,20 @@ struct LuGre::Prepared {
   }
   double by_velocity(const Shaft& shaft, const Memory& memory, double v) const noexcept {
     const double left = remaining(memory, v);
-    const double weakened = (1.0 - left) * v * memory.weakening / memory.limit;
+    const double weakened = (1.0 - left) * v * memory.weakening * memory.per_limit;
     return (law.bristle_damping * (left + weakened) + law.viscous) * shaft.embedded;
   }
 };
 
-inline LuGre::Prepared LuGre::prepare() const noexcept { return {*this}; }
+inline LuGre::Prepared LuGre::prepare() const noexcept {
+  return {*this, 1.0 / stribeck_speed, 1.0 / bristle_stiffness};
+}
 
 inline double LuGre::deflected(double deflection, double velocity, double dt) const noexcept {
   Prepared::Memory memory;
   memory.elastic = bristle_stiffness * deflection;
-  prepare().find_limit(memory, velocity);
-  return prepare().dragged(memory, velocity * dt) / bristle_stiffness;
+  prepare().look_ahead(memory, velocity, velocity * dt);
+  return prepare().dragged(memory) / bristle_stiffness;
 }
 
 inline double LuGre::traction(double deflection, double velocity) const noexcept {
