@@ -13,20 +13,24 @@
 namespace needleforce {
 
 /// One law of each family. Plain values: all that an insertion into one layer needs.
-struct Model {
-  Stiffness stiffness;
-  Puncture puncture;
-  Friction friction;
-  Cutting cutting;
-  Relaxation relaxation{};
+template <class Real>
+struct BasicModel {
+  BasicStiffness<Real> stiffness;
+  BasicPuncture<Real> puncture;
+  BasicFriction<Real> friction;
+  BasicCutting<Real> cutting;
+  BasicRelaxation<Real> relaxation{};
 };
+using Model = BasicModel<double>;
 
 /// A layer from a depth `top` [m] below the undeformed surface on, with the laws of its own. Its puncture is
 /// counted from its top.
-struct Layer {
-  double top = 0.0;
-  Model laws;
+template <class Real>
+struct BasicLayer {
+  Real top = 0.0;
+  BasicModel<Real> laws;
 };
+using Layer = BasicLayer<double>;
 
 /// Largest number of layers of an insertion.
 inline constexpr std::size_t max_layers = 8;
@@ -87,7 +91,9 @@ Prepared<std::variant<L...>> prepare(const std::variant<L...>& laws) noexcept {
 }
 
 /// The depth [m] from the top of its layer at which an elastic contact punctures, whatever its criterion.
-inline double puncture_depth(const Puncture& puncture, const Prepared<Stiffness>& stiffness) noexcept {
+template <class Real>
+Real puncture_depth(const BasicPuncture<Real>& puncture,
+                    const Prepared<BasicStiffness<Real>>& stiffness) noexcept {
   return dispatch(stiffness, [&](const auto& contact) {
     return dispatch(puncture, [&](const auto& law) { return law.puncture_depth(contact); });
   });
