@@ -27,8 +27,9 @@ struct Derivatives<8> {
 /// Forward differentiation. A double is one without derivatives.
 template <std::size_t N>
 struct Dual {
-  double value = 0.0;
+  // the derivatives first: a copy then moves the same pieces that arithmetic stored, without waiting for them
   typename Derivatives<N>::type by{};  ///< d(value) along each direction
+  double value = 0.0;
 
   constexpr Dual() = default;
   constexpr Dual(double number) noexcept : value(number) {}

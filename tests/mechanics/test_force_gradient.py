@@ -14,7 +14,7 @@ FAMILIES = ("stiffness", "puncture", "friction", "cutting", "relaxation")
 CORNERS = [(0.0, -1.1e-3), (1.0, 10.3e-3), (1.2, 8.1e-3), (1.5, 12.7e-3), (2.0, 12.7e-3), (3.5, -1.3e-3)]
 TIME = np.arange(0.0, 3.5, 1e-3)
 DEPTH = np.interp(TIME, *zip(*CORNERS))
-STEPS = np.full(len(TIME), 1e-3)
+STEPS = np.diff(TIME, prepend=TIME[0] - (TIME[1] - TIME[0]))
 
 
 def changed(model, name, value):
@@ -37,6 +37,15 @@ def value_of(model, name):
     number, rest = re.fullmatch(r"(?:layer (\d+) )?(.*)", name).groups()
     layer = model.layers[int(number or 1) - 1]
     return layer.top if rest == "top" else getattr(getattr(layer, rest.split(".")[0]), rest.split(".")[1])
+
+
+def at_the_end_of_its_range(model, name):
+    """True where differences on both sides are not possible."""
+    value = value_of(model, name)
+    try:
+        return value == 0.0 or not all(changed(model, name, (1.0 + k) * value) for k in (-3e-4, 3e-4))
+    except nf.InputError:
+        return True
 
 
 def forces(model):
@@ -78,13 +87,17 @@ def test_closed_forms_of_the_papers_law():
 def test_every_law_agrees_with_differences_away_from_jumps(name):
     model = nf.preset(name)
     found = model.force_gradient(DEPTH, TIME)
-    np.testing.assert_array_equal(found.force, forces(model))
+    plain = forces(model)
+    np.testing.assert_array_equal(found.force, plain)
+    # the iteration of stribeck_cutting ends within 1e-8, which differences make larger
+    least = 1e-5 if name == "stribeck" else 1e-6
     for parameter in found.by:
-        if value_of(model, parameter) == 0.0:
-            continue  # the lower end of its range
+        if at_the_end_of_its_range(model, parameter):
+            continue
         expected, smooth, scale = differences(model, parameter)
         error = np.abs(found.column(parameter) - expected)[smooth].max(initial=0.0)
-        assert error <= 1e-6 * scale or scale == 0.0, (parameter, error, scale, int(smooth.sum()))
+        assert error <= least * scale or scale == 0.0, (parameter, error, scale)
+        assert smooth.sum() > 1000, (parameter, smooth.sum())
 
 
 def test_a_puncture_moves_with_what_it_depends_on():
@@ -108,8 +121,8 @@ def test_a_relaxing_puncture_moves_as_two_runs_show():
 
     def depth_of(modulus):
         other = changed(model, "stiffness.reduced_modulus", modulus)
-        run = nf.Insertion(other, max_speed=np.inf).run(fine, None, np.full(len(fine), 1e-4))
-        return fine[np.flatnonzero(run["punctured"])[0]]
+        insertion = nf.Insertion(other, max_speed=np.inf)
+        return next(depth for depth in fine if insertion.step(depth, None, 1e-4).punctured)
 
     modulus = model.stiffness.reduced_modulus
     shift = (depth_of(1.05 * modulus) - depth_of(0.95 * modulus)) / (0.1 * modulus)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // An insertion whose force has derivatives by parameters of its laws, from the same step.
-// docs/decisions/0041-gradients.md
+// docs/howto/gradients.md
 #pragma once
 
 #include <array>
