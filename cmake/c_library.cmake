@@ -13,7 +13,7 @@ set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS bindings/c/needle
 
 add_library(needleforce_c ${c_sources})
 add_library(needleforce::c ALIAS needleforce_c)
-set_target_properties(needleforce_c PROPERTIES OUTPUT_NAME needleforce EXPORT_NAME c POSITION_INDEPENDENT_CODE ON
+set_target_properties(needleforce_c PROPERTIES OUTPUT_NAME needleforce EXPORT_NAME c POSITION_INDEPENDENT_CODE ON VISIBILITY_INLINES_HIDDEN ON
                       VERSION ${abi}.${PROJECT_VERSION} SOVERSION ${abi} PUBLIC_HEADER "${c_headers}")
 target_include_directories(needleforce_c INTERFACE $<BUILD_INTERFACE:${CMAKE_CURRENT_SOURCE_DIR}/bindings/c>)
 target_link_libraries(needleforce_c PRIVATE needleforce INTERFACE $<$<BOOL:${UNIX}>:m>)

@@ -8,7 +8,9 @@ import subprocess
 import c_abi
 from building import said
 
-STRUCTS = "settings|parameter|layer|fault|sample|output|bending|base|bent|base_output|event|prior|learnt|layer_learnt|ahead"
+STRUCTS = (
+    "settings|parameter|layer|fault|sample|output|bending|base|bent|base_output|event|prior|learnt|layer_learnt|ahead"
+)
 
 OLD = """
 #include <stddef.h>
@@ -56,9 +58,9 @@ def frozen(root) -> str:
 
 
 def test_what_the_headers_declare_is_what_was_frozen(root):
-    """A new function is a new line of ``abi_v*.txt``. Anything else is an ABI with the next number: in NF_ABI_VERSION, in
-    the names of the functions, in a new ``abi_v*.txt`` by ``python tests/packaging/c_abi.py``, and in the hosts of
-    ``integrations/``."""
+    """A new function is a new line of ``abi_v*.txt``. Anything else is an ABI with the next number: in NF_ABI_VERSION,
+    in the names of the functions, in a new ``abi_v*.txt`` by ``python tests/packaging/c_abi.py``, in ``integrations/``.
+    """
     assert c_abi.found() == frozen(root)
 
 
