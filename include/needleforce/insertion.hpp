@@ -55,7 +55,7 @@ class Insertion {
   bool restore(const Saved& bytes) noexcept {
     if (restore_fault(bytes)) return false;
     state_ = bytes.state();
-    prepared_.restore_relaxation(state_);
+    prepared_.restore_exponentials(state_);
     return true;
   }
   /// Why `restore` refuses a memory, as the part of it that is at fault, or nullptr. Wait-free.

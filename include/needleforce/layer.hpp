@@ -188,6 +188,31 @@ class BasicPreparedLayer {
     dispatch(friction_, [&](const auto& law) { law.pierce(memory_of(law, state.friction), contact); });
   }
 
+  /// True where friction has numbers of the motion alone.
+  bool looks_ahead() const noexcept {
+    return dispatch(friction_, []<class Law>(const Law& law) {
+      return requires(typename Law::Memory memory) { law.look_ahead(memory, 0.0, 0.0); };
+    });
+  }
+  /// Finds them before a step.
+  template <class Motion>
+  void look_ahead(BasicLayerState<Real>& state, const Motion& move) const noexcept {
+    if (!state.pierced) return;
+    dispatch(friction_, [&]<class Law>(const Law& law) {
+      if constexpr (requires(typename Law::Memory memory) { law.look_ahead(memory, 0.0, 0.0); })
+        law.look_ahead(memory_of(law, state.friction), move.velocity, move.below);
+    });
+  }
+
+  /// The same, for a memory that comes from elsewhere and has them.
+  void look_again(BasicLayerState<Real>& state) const noexcept {
+    dispatch(friction_, [&]<class Law>(const Law& law) {
+      if constexpr (requires(typename Law::Memory memory) { law.look_again(memory); })
+        if (law.looked(memory_of(law, std::as_const(state.friction))))
+          law.look_again(memory_of(law, state.friction));
+    });
+  }
+
   /// Moves the shaft and returns its force, if the layer is pierced. Embedding in the next layer starts at
   /// `bottom`. `Law` is the friction law if the caller knows it, otherwise void; `elastic` as for press().
   template <class Law, bool elastic, class Motion>

@@ -5,11 +5,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <new>
 #include <type_traits>
 
 #include "relaxation.hpp"
@@ -234,6 +234,7 @@ struct Memories : MemorySlot<M>... {
 /// The memory of the law that used it last: another kind of law finds a new one. A quarter of the bytes of
 /// all memories side by side, which a state would have to copy.
 template <class... M>
+// Without <memory>, which takes longer to compile than all other headers of the library of C++ together.
 class OneMemory {
   template <class Wanted>
   static constexpr std::uint64_t number = [] {
@@ -248,11 +249,11 @@ class OneMemory {
   template <class Wanted>
   [[gnu::always_inline]] Wanted& of() noexcept {
     if (number_ != number<Wanted>) begin<Wanted>();
-    return *std::launder(reinterpret_cast<Wanted*>(bytes_.data()));
+    return *__builtin_launder(reinterpret_cast<Wanted*>(bytes_.data()));
   }
   template <class Wanted>
   [[gnu::always_inline]] const Wanted& of() const noexcept {
-    return number_ == number<Wanted> ? *std::launder(reinterpret_cast<const Wanted*>(bytes_.data()))
+    return number_ == number<Wanted> ? *__builtin_launder(reinterpret_cast<const Wanted*>(bytes_.data()))
                                      : unused<Wanted>;
   }
   void check(StateCheck& check, const char* part, double most) const noexcept {
@@ -263,7 +264,8 @@ class OneMemory {
   template <class Wanted>
   [[gnu::noinline]] void begin() noexcept {
     bytes_ = {};
-    new (bytes_.data()) Wanted();
+    const auto fresh = std::bit_cast<std::array<std::byte, sizeof(Wanted)>>(unused<Wanted>);
+    std::copy(fresh.begin(), fresh.end(), bytes_.begin());
     number_ = number<Wanted>;
   }
   std::uint64_t number_ = 0;  // 0: none yet

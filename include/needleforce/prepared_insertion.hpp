@@ -54,6 +54,7 @@ class BasicPreparedInsertion {
     noise_ = noise_of(limits.depth_noise);
     plain_ = count_ == 1 && layers_[0].plain() && noise_.range == 0.0;
     relaxes_ = layers_[0].relaxes();
+    for (std::size_t i = 0; i < count_ && count_ > 1; ++i) looks_ahead_ |= layers_[i].looks_ahead();
   }
 
   /// One cycle of an insertion that remembers `state`: see `Insertion::step`. Inlined by force, as the short
@@ -91,9 +92,10 @@ class BasicPreparedInsertion {
     return check.fault();
   }
 
-  /// Puts the exponentials of relaxation into a memory that comes from elsewhere.
-  void restore_relaxation(BasicInsertionState<Real>& state) const noexcept {
+  /// Puts what follows from the laws and the last motion into a memory that comes from elsewhere.
+  void restore_exponentials(BasicInsertionState<Real>& state) const noexcept {
     if (state.relaxation_dt > 0.0) relax(state, state.relaxation_dt);
+    for (std::size_t i = 0; i < count_; ++i) layers_[i].look_again(state.layers[i]);
   }
   /// The memory of an insertion into other layers, in these: docs/decisions/0009.
   BasicInsertionState<Real> continued(const BasicPreparedInsertion<Real>& old,
@@ -241,6 +243,8 @@ class BasicPreparedInsertion {
                 : layer.cut_force(state.cut, state.cutting, cuts.depth);
     }
     if (state.pierced > 0 && move.depth <= state.cut.entry) tip = state.cut.receding(tip, move.depth);
+    for (std::size_t i = 0; !plain && looks_ahead_ && i < count; ++i)
+      layers_[i].look_ahead(state.layers[i], move);
     BasicDragged<Real> shafts{};
     Real bottom = std::numeric_limits<double>::infinity();
     for (std::size_t i = count; i-- > 0;) {
@@ -414,8 +418,9 @@ class BasicPreparedInsertion {
   std::array<bool, max_layers> same_cutting_{};   // as the layer above
   Limits limits_;
   bool valid_;
-  bool plain_ = false;    // one layer with the paper's friction and cutting
-  bool relaxes_ = false;  // and it relaxes
+  bool plain_ = false;        // one layer with the paper's friction and cutting
+  bool relaxes_ = false;      // and it relaxes
+  bool looks_ahead_ = false;  // several layers, and in one friction has numbers of the motion alone
   DepthNoise noise_{};
   double lateral_ratio_ = 0.0;
   std::uint64_t model_ = 0;  // the fingerprint of the model

@@ -81,11 +81,15 @@ using LuGre = BasicLuGre<double>;
 template <class Real>
 struct BasicLuGre<Real>::Prepared {
   struct Memory {
-    Real elastic = 0.0;    ///< sigma_0 zeta [N/m]
-    Real traction = 0.0;   ///< force per embedded length [N/m]
-    Real slipped = 0.0;    ///< travel of the last step that did not bend the bristles [m]
-    Real limit = 0.0;      ///< g(v) at the last velocity [N/m]
-    Real weakening = 0.0;  ///< dg/dv [N s/m^2]
+    Real elastic = 0.0;     ///< sigma_0 zeta [N/m]
+    Real traction = 0.0;    ///< force per embedded length [N/m]
+    Real slipped = 0.0;     ///< travel of the last step that did not bend the bristles [m]
+    Real limit = 0.0;       ///< g(v) at the last velocity [N/m]
+    Real per_limit = 0.0;   ///< 1 / g(v) [m/N]
+    Real weakening = 0.0;   ///< dg/dv [N s/m^2]
+    Real left = 1.0;        ///< share of the deflection that a travel leaves
+    double velocity = 0.0;  ///< for which these are [m/s], if there is a limit
+    Real travel = 0.0;      ///< the same [m]
 
     Real held() const noexcept { return traction; }
     void take_over(const BasicTakenOver<Real>& taken) noexcept { elastic = traction = taken.held; }
@@ -94,22 +98,42 @@ struct BasicLuGre<Real>::Prepared {
   };
 
   BasicLuGre<Real> law;
+  Real per_speed, compliance;  // 1 / v_s [s/m], 1 / sigma_0 [m^2/N]
 
   /// A number with derivatives takes the power: it has one by the exponent too.
   bool square() const noexcept { return is_plain<Real> && law.stribeck_exponent == 2.0; }
   Real fall(double v) const noexcept {
-    const Real ratio = abs(v) / law.stribeck_speed;
+    const Real ratio = abs(v) * per_speed;
     return exp(-(square() ? ratio * ratio : pow(ratio, law.stribeck_exponent)));
   }
   /// g(v) [N/m], and dg/dv [N s/m^2], once a step, for all that follows.
   void find_limit(Memory& memory, double v) const noexcept {
+    memory.velocity = v;
     const Real weaker = (law.static_friction - law.coulomb) * fall(v);
-    const Real ratio = abs(v) / law.stribeck_speed;
+    const Real ratio = abs(v) * per_speed;
     const Real steep = square() ? ratio : pow(ratio, law.stribeck_exponent - 1.0);
     memory.limit = law.coulomb + weaker;
+    memory.per_limit = 1.0 / memory.limit;
     // far above v_s the product would be 0 times infinity
-    memory.weakening =
-        weaker > 0.0 ? copysign(law.stribeck_exponent * steep * weaker / law.stribeck_speed, -v) : 0.0;
+    memory.weakening = weaker > 0.0 ? copysign(law.stribeck_exponent * steep * weaker * per_speed, -v) : 0.0;
+  }
+  /// The exponentials of a step, which depend on its motion alone: an insertion finds those of all layers
+  /// before the first shaft moves, so that they do not wait for each other.
+  void look_ahead(Memory& memory, double v, Real travel) const noexcept {
+    const bool known = is_plain<Real> && memory.velocity == v && looked(memory);
+    if (known && memory.travel == travel) return;
+    if (!known) find_limit(memory, v);
+    find_left(memory, travel);
+  }
+  void find_left(Memory& memory, Real travel) const noexcept {
+    memory.travel = travel;
+    memory.left = exp(-law.bristle_stiffness * abs(travel) * memory.per_limit);
+  }
+  static bool looked(const Memory& memory) noexcept { return memory.limit > 0.0; }
+  /// Of a memory that comes from elsewhere nothing is believed that follows from its motion.
+  void look_again(Memory& memory) const noexcept {
+    find_limit(memory, memory.velocity);
+    find_left(memory, memory.travel);
   }
   Real surface(Real top, Real) const noexcept { return top; }
   Real sliding(Real embedded, double v) const noexcept {
@@ -118,13 +142,12 @@ struct BasicLuGre<Real>::Prepared {
   }
   /// Remaining share of the bristles' deflection to sliding at velocity v: 1 - sigma_0 zeta sgn(v) / g(v).
   Real remaining(const Memory& memory, double v) const noexcept {
-    return 1.0 - copysign(memory.elastic, v * memory.elastic) / memory.limit;
+    return 1.0 - copysign(memory.elastic, v * memory.elastic) * memory.per_limit;
   }
-  /// The elastic part [N/m] after a travel [m].
-  Real dragged(const Memory& memory, Real travel) const noexcept {
-    const Real slides = copysign(memory.limit, travel);
-    const Real left = exp(-law.bristle_stiffness * abs(travel) / memory.limit);
-    return slides + (memory.elastic - slides) * left;
+  /// The elastic part [N/m] after the travel.
+  Real dragged(const Memory& memory) const noexcept {
+    const Real slides = copysign(memory.limit, memory.travel);
+    return slides + (memory.elastic - slides) * memory.left;
   }
   [[gnu::noinline]] void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
                                  const BasicLayerExtent<Real>& extent,
@@ -132,10 +155,11 @@ struct BasicLuGre<Real>::Prepared {
     shaft.embed(extent, move.depth, extent.top);
     const Real largest = law.static_friction;
     const auto [low, high] = shaft.limits(extent, law.bristle_stiffness, -largest, largest);
-    find_limit(memory, move.velocity);
+    if (!extent.pierced) return memory.release();  // nothing bends the bristles, and no exponential is needed
+    look_ahead(memory, move.velocity, move.below);
     const Real before = memory.elastic;
-    memory.elastic = clamp(dragged(memory, move.below), low, high);
-    memory.slipped = move.below - (memory.elastic - before) / law.bristle_stiffness;
+    memory.elastic = clamp(dragged(memory), low, high);
+    memory.slipped = move.below - (memory.elastic - before) * compliance;
     memory.traction = traction(memory, move.velocity);
   }
   void pierce(Memory& memory, const BasicContactAtPuncture<Real>& contact) const noexcept {
@@ -145,6 +169,7 @@ struct BasicLuGre<Real>::Prepared {
   /// Bristles loaded by another law or by other parameters hold no more than static friction.
   void adopt(Memory& memory) const noexcept {
     memory.elastic = clamp(memory.elastic, -law.static_friction, law.static_friction);
+    memory.limit = 0.0;  // was that of another law
   }
   Real traction(const Memory& memory, double v) const noexcept {
     return memory.elastic + (law.bristle_damping * remaining(memory, v) + law.viscous) * v;
@@ -154,7 +179,7 @@ struct BasicLuGre<Real>::Prepared {
   }
   Real by_depth(const BasicShaft<Real>& shaft, const Memory& memory, double v) const noexcept {
     // bristles that bend further damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
-    const Real bending = law.bristle_stiffness * (1.0 - law.bristle_damping * abs(v) / memory.limit);
+    const Real bending = law.bristle_stiffness * (1.0 - law.bristle_damping * abs(v) * memory.per_limit);
     return memory.traction * shaft.embedded_by_depth + bending * remaining(memory, v) * shaft.embedded;
   }
   BasicSlip<Real> slip(const BasicShaft<Real>& shaft, const Memory& memory) const noexcept {
@@ -162,22 +187,22 @@ struct BasicLuGre<Real>::Prepared {
   }
   Real by_velocity(const BasicShaft<Real>& shaft, const Memory& memory, double v) const noexcept {
     const Real left = remaining(memory, v);
-    const Real weakened = (1.0 - left) * v * memory.weakening / memory.limit;
+    const Real weakened = (1.0 - left) * v * memory.weakening * memory.per_limit;
     return (law.bristle_damping * (left + weakened) + law.viscous) * shaft.embedded;
   }
 };
 
 template <class Real>
 inline typename BasicLuGre<Real>::Prepared BasicLuGre<Real>::prepare() const noexcept {
-  return {*this};
+  return {*this, 1.0 / stribeck_speed, 1.0 / bristle_stiffness};
 }
 
 template <class Real>
 inline Real BasicLuGre<Real>::deflected(Real deflection, double velocity, Real dt) const noexcept {
   typename Prepared::Memory memory;
   memory.elastic = bristle_stiffness * deflection;
-  prepare().find_limit(memory, velocity);
-  return prepare().dragged(memory, velocity * dt) / bristle_stiffness;
+  prepare().look_ahead(memory, velocity, velocity * dt);
+  return prepare().dragged(memory) / bristle_stiffness;
 }
 
 template <class Real>

@@ -14,13 +14,11 @@ NAME_HELP = "Name of the constant; default: the name of the file or preset."
 
 def run(
     model: Annotated[str, typer.Argument(help=MODEL_HELP, show_default=False)],
-    language: Annotated[str, typer.Option(help="Language of the header: c++ or c.")] = "c++",
+    language: Annotated[str, typer.Option(help="c++ or c for a header, c# or json.")] = "c++",
     name: Annotated[str | None, typer.Option(help=NAME_HELP)] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Header file to write; default: print it.")
-    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write; default: print it.")] = None,
 ) -> None:
-    """Write a model as a C++ or C header of constants, for a controller without file access."""
+    """Write a model as a C++ or C header of constants, for a controller without file access, as C# or as JSON."""
     from ..export import header, identifier, model_source
     from ..files import atomic_write
 
