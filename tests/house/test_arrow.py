@@ -118,7 +118,8 @@ def place(path: Path, root: Path) -> str:
     above = CORE_HEADERS if path.is_relative_to(root / CORE_HEADERS) else FIT_HEADERS.parent
     name = path.relative_to(root / above).with_suffix("").as_posix()
     one_place = (
-        name.startswith(("laws/", "tips/", "batch/", "gradient/", "bending/", "solid/", "events/", "online/")) and name != "laws/all"
+        name.startswith(("laws/", "tips/", "batch/", "gradient/", "bending/", "solid/", "events/", "online/"))
+        and name != "laws/all"
     )
     return name.split("/")[0] if one_place else name
 

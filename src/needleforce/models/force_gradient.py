@@ -92,17 +92,20 @@ class ForceGradient(Result):
 
     def _cells(self) -> tuple[Sequence[str], Sequence[Sequence[str]]]:
         largest = np.abs(self.gradient).max(axis=0, initial=0.0)
-        rows = [(name, f"{most:.4g}") for name, most in zip(self.by, largest)]
+        rows = [(name, f"{scale:.4g}") for name, scale in zip(self.by, largest)]
         return ("parameter", "largest derivative [N per SI unit]"), rows
 
     def _remarks(self) -> Iterable[tuple[str, Iterable[str]]]:
-        yield "Events", (f"{e.kind} at {1e3 * e.depth:.4g} mm, the force changes by {e.jump:.3g} N" for e in self.events)
+        yield (
+            "Events",
+            (f"{e.kind} at {1e3 * e.depth:.4g} mm, the force changes by {e.jump:.3g} N" for e in self.events),
+        )
 
     def _draw(self, axes: Any) -> tuple[str, ...]:
         largest = np.abs(self.gradient).max(axis=0, initial=0.0)
-        for name, most, column in zip(self.by, largest, self.gradient.T):
-            if most > 0.0:
-                axes.plot(1e3 * self.depth, column / most, lw=1.0, label=name)
+        for name, scale, column in zip(self.by, largest, self.gradient.T):
+            if scale > 0.0:
+                axes.plot(1e3 * self.depth, column / scale, lw=1.0, label=name)
         return DEPTH, "derivative over its largest", self.heading()
 
 
@@ -124,7 +127,8 @@ def force_gradient(
 
 def _event(row: tuple) -> ForceEvent:
     kind, layer, index, depth, jump, *columns = row
-    return ForceEvent(kind, layer + 1, index, depth, jump, *(np.array(each, dtype=float) for each in columns))
+    rates = dict(zip(_COLUMNS, (np.array(each, dtype=float) for each in columns)))
+    return ForceEvent(kind=kind, layer=layer + 1, index=index, depth=depth, jump=jump, **rates)
 
 
 def _name(at: tuple, layers: int) -> str:
@@ -145,7 +149,9 @@ def _motion(depth: ArrayLike, time: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     depths, times = (np.ascontiguousarray(each, dtype=float) for each in (depth, time))
     if depths.ndim != 1 or depths.shape != times.shape or len(depths) < 2:
         shapes = f"{depths.shape} and {times.shape}"
-        raise InputError("shapes of depth and time", shapes, "not the same (n,), n >= 2", next_step="Give one for each.")
+        raise InputError(
+            "shapes of depth and time", shapes, "not the same (n,), n >= 2", next_step="Give one for each."
+        )
     for name, values, limit in (("depth", depths, 1.0), ("time", times, np.inf)):
         bad = np.flatnonzero(~(np.abs(values) <= limit) | ~np.isfinite(values))
         if len(bad):
@@ -155,5 +161,7 @@ def _motion(depth: ArrayLike, time: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     steps = np.diff(times)
     if not (steps > 0.0).all():
         at = int(np.flatnonzero(~(steps > 0.0))[0]) + 1
-        raise InputError(f"time[{at}]", times[at], "not after the sample before", next_step="Give times that grow, in s.")
+        raise InputError(
+            f"time[{at}]", times[at], "not after the sample before", next_step="Give times that grow, in s."
+        )
     return depths, np.concatenate([steps[:1], steps])

@@ -218,9 +218,7 @@ class Model(Printed):
         self.laws.sliding_force(depth, velocity, out)
         return out
 
-    def force_gradient(
-        self, depth: ArrayLike, time: ArrayLike, by: Sequence[str] | str | None = None
-    ) -> ForceGradient:
+    def force_gradient(self, depth: ArrayLike, time: ArrayLike, by: Sequence[str] | str | None = None) -> ForceGradient:
         """The force along a motion, with memory, and its derivatives by the parameters of every law.
 
         They come from the steps of an ``Insertion`` and hold through contact, puncture, reversal and rest.
