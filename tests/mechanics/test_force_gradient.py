@@ -143,7 +143,7 @@ def test_slip_begins_twice_the_presliding_behind_a_reversal():
 
 def test_what_a_law_does_not_have_is_refused_with_what_it_has():
     model = nf.preset("paper")
-    with pytest.raises(nf.InputError, match="friction.per_length.*cutting.force"):
+    with pytest.raises(nf.InputError, match=r"friction\.per_length.*cutting\.force"):
         model.force_gradient(DEPTH, TIME, by="friction.viscous")
     for depth, time, quantity in (
         (DEPTH[:3], TIME[:4], "shapes"),

@@ -76,6 +76,7 @@ class ForceGradient(Result):
         return self.gradient[:, _place(name, self.by)]
 
     def document(self) -> dict:
+        """Depths, forces, derivatives and events in SI."""
         rows = [{**vars(event), **{k: getattr(event, k).tolist() for k in _COLUMNS}} for event in self.events]
         numbers = {"depth_m": self.depth.tolist(), "force_N": self.force.tolist()}
         return {**numbers, "by": list(self.by), "gradient": self.gradient.tolist(), "events": rows}
