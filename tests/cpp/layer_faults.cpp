@@ -43,6 +43,20 @@ TEST(FirstFault, RefusesTopsOutOfOrder) {
   expect_fault({at(0.0), at(1.5)}, 1, "top");
 }
 
+TEST(FirstFault, RefusesASecondTipOrRadius) {
+  std::vector<Layer> layers{at(0.0), at(5e-3), at(9e-3)};
+  laws::TipContact tip{1e5, 0.35e-3, tips::Sphere{0.35e-3}};
+  layers[0].laws.stiffness = tip;
+  tip.reduced_modulus = 2e4;
+  layers[2].laws.stiffness = tip;
+  EXPECT_EQ(first_fault(layers).reason, nullptr);
+  tip.radius = 0.3e-3;
+  layers[2].laws.stiffness = tip;
+  expect_fault(layers, 2, "tip");
+  layers[2].laws.stiffness = laws::TipContact{1e5, 0.35e-3, tips::Paraboloid{0.35e-3}};
+  expect_fault(layers, 2, "tip");
+}
+
 TEST(FirstFault, RefusesPunctureBelowTheNextTopUnlessLayersAddUp) {
   expect_fault({at(0.0, 6e-3), at(5e-3)}, 1, "top");
   std::vector<Layer> alone{at(0.0, 6e-3), at(5e-3)};
