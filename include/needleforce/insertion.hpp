@@ -61,7 +61,7 @@ class Insertion {
   /// Why `restore` refuses a memory, as the part of it that is at fault, or nullptr. Wait-free.
   const char* restore_fault(const Saved& bytes) const noexcept { return prepared_.restore_fault(bytes); }
 
-  /// The memory in this process, and back to it: a tenth of the whole object. Wait-free.
+  /// The memory in this process, and back to it: half of the whole object. Wait-free.
   using State = InsertionState;
   const State& state() const noexcept { return state_; }
   void return_to(const State& state) noexcept { state_ = state; }
@@ -106,6 +106,8 @@ class Insertion {
 };
 
 static_assert(std::is_trivially_copyable_v<Insertion>);
+// a copy within the first-level cache, with another one next to it
+static_assert(sizeof(Insertion) <= 7 * 1024);
 static_assert(noexcept(std::declval<Insertion&>().step(0.0, 0.0, 0.0)));
 
 }  // namespace needleforce

@@ -36,20 +36,59 @@ struct Dragged {
   }
 };
 
-/// A layer's laws with everything computed that does not change in the loop. Every method is wait-free.
+/// The contact laws as a layer keeps them: of `tip_contact` without the table, which the insertion has.
+struct SharedTip {
+  double modulus;  // reduced [Pa]
+};
+namespace detail {
+template <class Laws>
+struct contacts_in_layer;
+template <class... L>
+struct contacts_in_layer<std::variant<L...>> {
+  template <class Law>
+  static auto keep(const Law& law) noexcept {
+    if constexpr (std::is_same_v<Law, laws::TipContact>)
+      return SharedTip{law.reduced_modulus};
+    else
+      return law.prepare();
+  }
+  using type = std::variant<decltype(keep(std::declval<L>()))...>;
+};
+}  // namespace detail
+
+/// A layer's laws with everything computed that does not change in the loop. Every method is wait-free. `tip`
+/// is the table that all layers share.
 class PreparedLayer {
+  using Contacts = detail::contacts_in_layer<Stiffness>;
+
  public:
+  /// Calls `visit` with the contact law.
+  template <class Visit>
+  [[gnu::always_inline]] decltype(auto) on_contact(const TipTable& tip, Visit visit) const noexcept {
+    return dispatch(stiffness_, [&](const auto& law) NEEDLEFORCE_INLINED -> decltype(auto) {
+      if constexpr (requires { law.modulus; })
+        return visit(laws::TipContact::OnTable<const TipTable&>{law.modulus, tip});
+      else
+        return visit(law);
+    });
+  }
   PreparedLayer() = default;
-  explicit PreparedLayer(const Layer& layer) noexcept
+  explicit PreparedLayer(const Layer& layer, const TipTable& tip) noexcept
       : top(layer.top),
-        stiffness_(prepare(layer.laws.stiffness)),
+        stiffness_(std::visit([](const auto& law) { return Contacts::type{Contacts::keep(law)}; },
+                              layer.laws.stiffness)),
         friction_(prepare(layer.laws.friction)),
         cutting_(prepare(layer.laws.cutting)),
         relaxation_(prepare(layer.laws.relaxation)),
         criterion_(layer.laws.puncture),
-        puncture(layer.top + puncture_depth(layer.laws.puncture, stiffness_)),
+        puncture(layer.top + on_contact(tip,
+                                        [&](const auto& contact) {
+                                          return dispatch(criterion_, [&](const auto& law) {
+                                            return law.puncture_depth(contact);
+                                          });
+                                        })),
         relaxes_(relaxing(1.0).relaxes),
-        reach_(dispatch(stiffness_, [](const auto& law) { return law.reach(); })) {}
+        reach_(on_contact(tip, [](const auto& law) { return law.reach(); })) {}
 
   /// True for the paper's friction and cutting without relaxation.
   bool plain() const noexcept {
@@ -65,8 +104,8 @@ class PreparedLayer {
   }
 
   /// No less than a contact of the layer can hold [N], also where another model pressed it.
-  double largest_contact() const noexcept {
-    return 1e3 + 3.0 * dispatch(stiffness_, [](const auto& law) { return law.force(farthest); });
+  double largest_contact(const TipTable& tip) const noexcept {
+    return 1e3 + 3.0 * on_contact(tip, [](const auto& law) { return law.force(farthest); });
   }
   /// Looks at the cut of the layer that the tip is in, whose force may have come with a speed [m/s].
   void check(StateCheck& check, const Cut& cut, double speed) const noexcept {
@@ -83,7 +122,8 @@ class PreparedLayer {
   /// The contact of a layer that is not pierced; true if it is punctured instead. `first`: the first step.
   /// `elastic`: no relaxation, known to the caller.
   template <bool elastic>
-  [[gnu::always_inline]] bool press(LayerState& state, const Move& move, bool first) const noexcept {
+  [[gnu::always_inline]] bool press(LayerState& state, const Move& move, bool first,
+                                    const TipTable& tip) const noexcept {
     const bool relaxes = !elastic && relaxes_;
     if (move.depth > puncture && (!relaxes || first || breaks(state))) return true;
     const double indentation = std::max(0.0, move.depth - top);
@@ -91,15 +131,17 @@ class PreparedLayer {
       state.indentation = state.contact_force = state.contact_slope = 0.0;
       return false;
     }
-    dispatch(stiffness_, [&](const auto& law) { press<elastic>(law, state, move, indentation); });
+    on_contact(tip,
+               [&](const auto& law) NEEDLEFORCE_INLINED { press<elastic>(law, state, move, indentation); });
     return false;
   }
 
   /// Ends the contact. An elastic one is punctured at its puncture depth, one that relaxed at the depth of
   /// the tip. Of the energy [J] of a contact that relaxed, no more than the share of its force is left.
-  [[gnu::noinline]] ContactAtPuncture pierce(LayerState& state, double depth) const noexcept {
+  [[gnu::noinline]] ContactAtPuncture pierce(LayerState& state, double depth,
+                                             const TipTable& tip) const noexcept {
     if (!relaxes_) state.contact.elastic = state.contact_force;
-    const auto [instant, energy] = dispatch(stiffness_, [&](const auto& law) {
+    const auto [instant, energy] = on_contact(tip, [&](const auto& law) {
       return std::pair{law.force(state.indentation), law.energy(state.indentation)};
     });
     state.puncture_depth =
@@ -110,15 +152,15 @@ class PreparedLayer {
     contact.free_energy = left * energy;
     contact.free_force = state.contact_force;
     contact.left = left;
-    whole(contact, state);
+    whole(contact, state, tip);
     contact.relaxing = state.relaxing;
     contact.extent = {top, state.puncture_depth, std::numeric_limits<double>::infinity(), true, top};
     contact.depth = depth;
     return contact;
   }
   /// Force, energy and work at the depth of the puncture, which the last step in contact did not reach.
-  void whole(ContactAtPuncture& contact, const LayerState& state) const noexcept {
-    dispatch(stiffness_, [&](const auto& law) {
+  void whole(ContactAtPuncture& contact, const LayerState& state, const TipTable& tip) const noexcept {
+    on_contact(tip, [&](const auto& law) {
       const double deepest = state.puncture_depth - top;
       contact.whole_force = contact.left * law.force(deepest);
       contact.whole_energy = contact.left * law.energy(deepest);
@@ -136,7 +178,7 @@ class PreparedLayer {
 
   template <class Law>
   [[gnu::always_inline]] Dragged drag(LayerState& state, const Move& move, double bottom, double root,
-                                      const DepthNoise& noise) const noexcept {
+                                      const DepthNoise& noise, const TipTable& tip) const noexcept {
     const LayerExtent extent{top, state.pierced ? state.puncture_depth : puncture, bottom, state.pierced,
                              root};
     const Relaxing elastic{};
@@ -148,7 +190,7 @@ class PreparedLayer {
         if (noise.range > 0.0) known = true, advance_in_noise(law, memory, state, move, extent, noise);
       if (!known) law.advance(state.shaft, memory, move, extent, relaxing);
       if constexpr (requires { law.keeps_contact; })
-        if (state.pierced) keep_contact(law, memory, move, extent, relaxing);
+        if (state.pierced) keep_contact(law, memory, move, extent, relaxing, tip);
       // above the tissue nothing drags the shaft; layers that add up have a moving surface of their own
       if constexpr (!requires { law.own_surface; })
         if (move.depth <= 0.0) release(state.shaft, memory);
@@ -238,9 +280,10 @@ class PreparedLayer {
   /// What is left of the contact after the puncture, for a friction law that keeps it.
   template <class Law, class Memory>
   [[gnu::noinline]] void keep_contact(const Law& law, Memory& memory, const Move& move,
-                                      const LayerExtent& extent, const Relaxing& relaxing) const noexcept {
+                                      const LayerExtent& extent, const Relaxing& relaxing,
+                                      const TipTable& tip) const noexcept {
     const double indentation = law.yield(memory, move, extent, relaxing);
-    dispatch(stiffness_, [&](const auto& contact) {
+    on_contact(tip, [&](const auto& contact) {
       law.press(memory, contact.force(indentation), contact.slope(indentation));
     });
   }
@@ -304,7 +347,7 @@ class PreparedLayer {
     return dispatch(criterion_, [&](const auto& law) { return law.breaks(state.contact_force, state.work); });
   }
 
-  Prepared<Stiffness> stiffness_{};
+  Contacts::type stiffness_{};
   Prepared<Friction> friction_{};
   Prepared<Cutting> cutting_{};
   Prepared<Relaxation> relaxation_{};

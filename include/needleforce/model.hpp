@@ -165,15 +165,31 @@ inline const char* fault_of_place(const Layer& layer, const Layer* above) noexce
   return nullptr;
 }
 
+/// The first layer whose contact is that of a tip.
+inline const laws::TipContact* first_tip(std::span<const Layer> layers) noexcept {
+  for (const Layer& layer : layers)
+    if (const auto* law = std::get_if<laws::TipContact>(&layer.laws.stiffness)) return law;
+  return nullptr;
+}
+
+/// A needle has one tip, and an insertion one table for it.
+inline const char* fault_of_tip(const Layer& layer, const laws::TipContact* first) noexcept {
+  const auto* law = std::get_if<laws::TipContact>(&layer.laws.stiffness);
+  const bool same = !law || (law->tip == first->tip && law->radius == first->radius);
+  return same ? nullptr : "not the tip and the radius of the layers above: a needle has one of each";
+}
+
 }  // namespace detail
 
 /// The first fault of a stack of layers from the surface down, or one without a reason. For use before the
 /// loop.
 inline Fault first_fault(std::span<const Layer> layers) noexcept {
   if (layers.empty() || layers.size() > max_layers) return {0, "layers", "not between 1 and 8"};
+  const laws::TipContact* const tip = detail::first_tip(layers);
   for (std::size_t i = 0; i < layers.size(); ++i) {
     Fault fault = detail::fault_of_laws(layers[i].laws);
     if (!fault.reason) fault = {i, "top", detail::fault_of_place(layers[i], i ? &layers[i - 1] : nullptr)};
+    if (!fault.reason) fault = {i, "tip", detail::fault_of_tip(layers[i], tip)};
     fault.layer = i;
     if (fault.reason) return fault;
   }

@@ -37,7 +37,8 @@ class PreparedInsertion {
     if (!valid_) return;
     lateral_ratio_ = bevel.lateral_ratio();
     model_ = fingerprint(layers);
-    for (std::size_t i = 0; i < layers.size(); ++i) layers_[i] = PreparedLayer(layers[i]);
+    if (const auto* law = detail::first_tip(layers)) tip_ = TipTable(law->tip, law->radius);
+    for (std::size_t i = 0; i < layers.size(); ++i) layers_[i] = PreparedLayer(layers[i], tip_);
     for (std::size_t i = 1; i < layers.size(); ++i) {
       // a law that stands alone has a spring of its own in each layer
       same_friction_[i] = !layers_[i].resists() && !detail::adds(layers[i].laws) &&
@@ -74,7 +75,7 @@ class PreparedInsertion {
     StateCheck check;
     needleforce::check(check, state, count_);
     for (std::size_t i = 0; i < max_layers; ++i)
-      needleforce::check(check, state.layers[i], i < count_ ? layers_[i].largest_contact() : 0.0);
+      needleforce::check(check, state.layers[i], i < count_ ? layers_[i].largest_contact(tip_) : 0.0);
     if (!check.fault() && state.pierced > 0)
       layers_[state.pierced - 1].check(check, state.cut, std::min(limits_.max_speed, fastest));
     return check.fault();
@@ -102,9 +103,10 @@ class PreparedInsertion {
   /// True where cutting pays for the lateral force of the bevel, which is a share of its own, and in each
   /// layer for one of another cause, if there is.
   bool pays(bool other) const noexcept {
-    return !(other || lateral_ratio_ != 0.0) || std::ranges::all_of(stack(), [&](const PreparedLayer& layer) {
-      return layer.keeps() && (!other || layer.steady_cutting() > 0.0);
-    });
+    if (!(other || lateral_ratio_ != 0.0)) return true;
+    for (std::size_t i = 0; i < count_; ++i)
+      if (!layers_[i].keeps() || (other && !(layers_[i].steady_cutting() > 0.0))) return false;
+    return true;
   }
   /// A number that distinguishes layers.
   std::uint64_t layers_fingerprint() const noexcept { return model_; }
@@ -196,7 +198,7 @@ class PreparedInsertion {
     for (std::size_t i = 0; i < count; ++i) {
       LayerState& layer = state.layers[i];
       if (layer.pierced) continue;
-      if (!layers_[i].template press<plain>(layer, move, first)) {
+      if (!layers_[i].template press<plain>(layer, move, first, tip_)) {
         contacts.add(layers_[i], layer, move.depth);
         continue;
       }
@@ -221,7 +223,7 @@ class PreparedInsertion {
       const double root = plain ? std::numeric_limits<double>::infinity() : root_of(state, i);
       const Move& own = !plain && (fresh >> i & 1u) ? since_puncture(state, move, i) : move;
       const double last_surface = state.layers[i].shaft.surface;
-      shafts += layers_[i].template drag<KnownFriction>(state.layers[i], own, bottom, root, noise);
+      shafts += layers_[i].template drag<KnownFriction>(state.layers[i], own, bottom, root, noise, tip_);
       const double surface = state.layers[i].shaft.surface;
       if (!plain && i > 0 && (fresh >> i & 1u)) go_down(state, i - 1, last_surface, surface);
       bottom = surface;
@@ -297,7 +299,7 @@ class PreparedInsertion {
   /// change the cut; the result is then false.
   [[gnu::noinline]] bool pierce(InsertionState& state, std::size_t i, Move& cuts) const noexcept {
     const bool carries_on = state.pierced > 0 && !layers_[i].resists();
-    ContactAtPuncture contact = layers_[i].pierce(state.layers[i], cuts.depth);
+    ContactAtPuncture contact = layers_[i].pierce(state.layers[i], cuts.depth, tip_);
     const double at = cut_down_to(state, contact.extent.puncture, cuts);
     const double carried = carries_on ? front(state).cut_force(state.cut, state.cutting, at).force : -1.0;
     state.pierced = std::max(state.pierced, i + 1);
@@ -361,7 +363,7 @@ class PreparedInsertion {
     return state.layers[i].shaft.surface;
   }
 
-  std::span<const PreparedLayer> stack() const noexcept { return {layers_.data(), count_}; }
+  ModelSwap::Stack stack() const noexcept { return {{layers_.data(), count_}, tip_}; }
   const PreparedLayer& front(const InsertionState& state) const noexcept {
     return layers_[state.pierced - 1];
   }
@@ -369,6 +371,7 @@ class PreparedInsertion {
   static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
 
   std::array<PreparedLayer, max_layers> layers_{};
+  TipTable tip_{};                                // of the layers whose contact is that of a tip
   std::array<bool, max_layers> same_friction_{};  // as the layer above, without an interface
   std::array<bool, max_layers> same_cutting_{};   // as the layer above
   Limits limits_;

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from .. import core
 from ..checks import instance_of
 from ..errors import InputError
+from .engine_batch import EngineBatch
 from .model import Model
 
 _NUMBERS = ("depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth")
@@ -100,6 +101,23 @@ class InsertionBatch(core.InsertionBatch):
     def models(self) -> tuple[Model, ...]:
         """The model of all, or that of each member."""
         return tuple(self._models)
+
+    @staticmethod
+    def of(engines: Sequence[Any], threads: int = 1) -> EngineBatch:
+        """Needles that bend, or condensed solids, as members: ``of([nf.FlexibleInsertion(…) for each in range(100)])``.
+
+        Parameters
+        ----------
+        engines : sequence
+            ``FlexibleInsertion`` or ``fe.CondensedInsertion``, each another object.
+        threads : int
+            How many may run at the same time.
+
+        Returns
+        -------
+        EngineBatch
+        """
+        return EngineBatch(engines, threads)
 
     def step(self, depths: ArrayLike, velocities: ArrayLike | None, dt: ArrayLike) -> BatchSample:
         """One cycle of all members; never raises but for arrays of another length.
