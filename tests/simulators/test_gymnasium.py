@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The environments follow Gymnasium's rules, their seeds decide everything, and a script succeeds where chance does not."""
+"""The environments follow Gymnasium's rules, seeds decide everything, and a script succeeds where chance does not."""
 
 import warnings
 
@@ -20,7 +20,9 @@ TASKS = ("insert", "find", "hold")
 def test_gymnasium_accepts_it(task):
     one = gymnasium.make(f"needleforce/{task.capitalize()}-v0")
     check_env(one.unwrapped)
-    many = gymnasium.make_vec(f"needleforce/{task.capitalize()}-v0", num_envs=3, vectorization_mode="vector_entry_point")
+    many = gymnasium.make_vec(
+        f"needleforce/{task.capitalize()}-v0", num_envs=3, vectorization_mode="vector_entry_point"
+    )
     seen, _ = many.reset(seed=5)
     assert many.observation_space.contains(seen) and many.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
 

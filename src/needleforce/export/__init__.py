@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model as a C or C++ header of constants, so that a controller needs no file."""
+"""A model as a C or C++ header of constants, so that a controller needs no file; or as an FMU for other simulators."""
 
 from ..preset_files.presets import ModelSource, model_source
+from .fmu import fmu
 from .headers import LANGUAGES, header, identifier
 
-__all__ = ["LANGUAGES", "ModelSource", "header", "identifier", "model_source"]
+__all__ = ["LANGUAGES", "ModelSource", "fmu", "header", "identifier", "model_source"]

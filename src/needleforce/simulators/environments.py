@@ -41,7 +41,7 @@ class NeedleVectorEnv(gym.vector.VectorEnv):
     num_envs : int
         How many.
     models : sequence of Model, str or path, optional
-        One is drawn for each episode: presets, preset files, the JSON of fits, as those of a campaign. Default: presets.
+        One is drawn for each episode: presets, preset files, JSON of fits, as of a campaign. Default: some presets.
     force_noise : float
         Standard deviation of the measured force [N].
     autoreset_mode : gymnasium.vector.AutoresetMode
