@@ -17,8 +17,6 @@ from .laws import FAMILIES
 if TYPE_CHECKING:
     import pandas
 
-    from .model import Model
-
 
 @dataclass(frozen=True, eq=False)
 class ForceEvent:
@@ -112,15 +110,15 @@ _COLUMNS = ("d_depth", "before", "after")
 
 
 def force_gradient(
-    model: "Model", depth: ArrayLike, time: ArrayLike, by: Sequence[str] | str | None = None
+    stack: list[tuple[float, core.Laws]], depth: ArrayLike, time: ArrayLike, by: Sequence[str] | str | None = None
 ) -> ForceGradient:
-    """See ``Model.force_gradient``."""
+    """See ``Model.force_gradient``; ``stack`` has the layers for the core."""
     depths, steps = _motion(depth, time)
-    places = {_name(at, len(model.layers)): at[:3] for at in core.gradient_parameters(model.stack)}
+    places = {_name(at, len(stack)): at[:3] for at in core.gradient_parameters(stack)}
     names = tuple(places) if by is None else (by,) if isinstance(by, str) else tuple(by)
     for name in names:
         _place(name, tuple(places))
-    force, gradient, events = core.force_gradient(model.stack, depths, steps, [places[name] for name in names])
+    force, gradient, events = core.force_gradient(stack, depths, steps, [places[name] for name in names])
     return ForceGradient(depths, force, names, gradient, tuple(map(_event, events)))
 
 

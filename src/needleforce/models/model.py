@@ -243,7 +243,7 @@ class Model(Printed):
         InputError
             If the motion is not possible, or no law has the parameter: the message lists those that are there.
         """
-        return force_gradient(self, depth, time, by)
+        return force_gradient(self.stack, depth, time, by)
 
     def plot(self, axes: Any = None, *, depth: float | None = None, speed: float = 3e-3) -> Any:
         """Draw the force of an insertion and its withdrawal over depth, with its parts during insertion.
