@@ -88,6 +88,38 @@ def test_some_members_start_again_or_return(name):
     as_single(batch, kept, depths[500:700], None, 1e-3)
 
 
+@pytest.mark.parametrize("others", ["paper_116", "lugre", "layered"])
+@pytest.mark.parametrize("own", [False, True])
+def test_a_member_gets_another_model_and_the_others_continue(others, own):
+    model, n, depths = nf.preset("paper"), 9, motions(900, 9, 8)
+    batch, engines = nf.InsertionBatch([model] * n if own else model, None if own else n), singles(model, n)
+    as_single(batch, engines, depths[:500], None, 1e-3)
+    before = batch.snapshot()
+    for i in (2, 7):
+        batch.replace(i, nf.preset(others))
+        engines[i] = nf.Insertion(nf.preset(others))
+    as_single(batch, engines, depths[500:700], None, 1e-3)
+    saved, kept = batch.snapshot(), [engine.snapshot() for engine in engines]
+    assert saved.models == batch.models and batch.models[7].name == nf.preset(others).name
+    as_single(batch, engines, depths[700:], None, 1e-3)
+    batch.restore(saved)
+    as_single(batch, kept, depths[700:], None, 1e-3)
+    with pytest.raises(nf.InputError, match="not of this batch"):
+        batch.restore(before)
+
+
+def test_a_model_that_is_refused_changes_no_member():
+    model, n, depths = nf.preset("paper"), 5, motions(600, 5, 9)
+    batch, engines = nf.InsertionBatch(model, n), singles(model, n)
+    as_single(batch, engines, depths[:300], None, 1e-3)
+    broken = nf.preset("layered")
+    object.__setattr__(broken, "deeper", (broken.deeper[0].replace(top=-1.0),))
+    for member, given, words in ((1, broken, "layer 2"), (5, model, "not between 0 and 4"), (0, "paper", "model")):
+        with pytest.raises(nf.InputError, match=words):
+            batch.replace(member, given)
+    as_single(batch, engines, depths[300:], None, 1e-3)
+
+
 def test_none_a_million_and_what_is_refused():
     model = nf.preset("paper")
     none = nf.InsertionBatch(model, 0)

@@ -45,8 +45,11 @@ struct PlainLaws {
     contact.reserve(n);
   }
   void add(const Layer& layer) {
-    const std::size_t i = contact.size();
-    contact.push_back(prepare(layer.laws.stiffness));
+    contact.emplace_back();
+    put(contact.size() - 1, layer);
+  }
+  void put(std::size_t i, const Layer& layer) {
+    contact[i] = prepare(layer.laws.stiffness);
     const auto friction = std::get<laws::Coulomb>(layer.laws.friction).prepare();
     const auto cutting = std::get<laws::ConstantCutting>(layer.laws.cutting).prepare();
     top[i] = layer.top;
