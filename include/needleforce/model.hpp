@@ -22,6 +22,9 @@ struct BasicModel {
   BasicRelaxation<Real> relaxation{};
 };
 using Model = BasicModel<double>;
+// found here, for g++ 12 fails where a program with a precompiled header is the first to ask
+static_assert(std::is_nothrow_default_constructible_v<Relaxation> &&
+              std::is_nothrow_default_constructible_v<Model>);
 
 /// A layer from a depth `top` [m] below the undeformed surface on, with the laws of its own. Its puncture is
 /// counted from its top.
