@@ -221,8 +221,7 @@ class BasicPreparedLayer {
                                                  const TipTable& tip) const noexcept {
     const BasicLayerExtent<Real> extent{top, state.pierced ? state.puncture_depth : puncture, bottom,
                                         state.pierced, root};
-    static constexpr BasicRelaxing<Real> none{};
-    const BasicRelaxing<Real>& relaxing = elastic ? none : state.relaxing;
+    const BasicRelaxing<Real>& relaxing = elastic ? no_relaxing<Real> : state.relaxing;
     return dispatch_as<Law>(friction_, [&](const auto& law) NEEDLEFORCE_INLINED -> BasicDragged<Real> {
       auto& memory = memory_of(law, state.friction);
       bool known = false;

@@ -48,6 +48,9 @@ struct BasicRelaxing {
   bool restores = false;        ///< and its advance restores the memories (as fitted to recordings)
 };
 using Relaxing = BasicRelaxing<double>;
+/// Of a layer that does not relax.
+template <class Real>
+inline constexpr BasicRelaxing<Real> no_relaxing{};
 
 /// An elastic force with its relaxing memories; [N], or [N/m] for a force per length. Exact for a load
 /// applied evenly over the step, so that the step's size does not matter at constant velocity.
