@@ -21,6 +21,7 @@ static_assert(std::is_standard_layout_v<nf_layer> && std::is_trivially_copyable_
 extern "C" {
 
 const char* nf_version(void) { return version; }
+int nf_abi_version(void) { return NF_ABI_VERSION; }
 const char* nf_phase_name(int phase) {
   return phase >= 0 && phase <= NF_EXTRACTION ? phase_names[phase] : "unknown";
 }

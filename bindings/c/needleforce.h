@@ -13,7 +13,10 @@ extern "C" {
 /* clang-format off */
 
 /* The structs below belong to the version in these names: a program and a library that were compiled with different
-   ones do not link. New members go to the end of a struct, with 0 for what was before, and the number goes up. */
+   ones do not link. New members go to the end of a struct, with 0 for what was before, and the number goes up. A host
+   that loads the library while it runs compares NF_ABI_VERSION with nf_abi_version() first; abi_v2.txt has all that
+   the number stands for. */
+#define NF_ABI_VERSION 2
 #define nf_default_settings nf_default_settings_v2
 #define nf_init nf_init_v2
 #define nf_step nf_step_v2
@@ -45,6 +48,7 @@ typedef struct {
 #define NF_NO_VELOCITY 1.7976931348623157e308 /* as velocity: take the change of depth */
 
 const char* nf_version(void);
+int nf_abi_version(void); /* of the library: the NF_ABI_VERSION that it was compiled with */
 const char* nf_phase_name(int phase);
 const char* nf_status_name(int status);
 nf_settings nf_default_settings(void);

@@ -31,7 +31,7 @@ class Insertion {
   /// One cycle: the tip is at `depth` [m], moves at `velocity` [m/s], `dt` [s] after the last call.
   /// Wait-free: no allocation, lock, system call or exception; the cost is bounded whatever the depth and
   /// history; only the law `stribeck_cutting` takes microseconds, while its crack runs.
-  Sample step(double depth, double velocity, double dt) noexcept {
+  [[gnu::always_inline]] Sample step(double depth, double velocity, double dt) noexcept {
     return prepared_.step(state_, depth, velocity, dt);
   }
 
@@ -55,7 +55,7 @@ class Insertion {
   bool restore(const Saved& bytes) noexcept {
     if (restore_fault(bytes)) return false;
     state_ = bytes.state();
-    prepared_.restore_relaxation(state_);
+    prepared_.restore_exponentials(state_);
     return true;
   }
   /// Why `restore` refuses a memory, as the part of it that is at fault, or nullptr. Wait-free.

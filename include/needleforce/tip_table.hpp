@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <variant>
 
 #include "contact.hpp"
 #include "tip.hpp"
@@ -22,7 +21,7 @@ class TipTable {
  public:
   TipTable() = default;
   TipTable(const Tip& tip, double shank_radius) noexcept {
-    std::visit([&](const auto& shape) { tabulate(shape, shank_radius); }, tip);
+    dispatch(tip, [&](const auto& shape) { tabulate(shape, shank_radius); });
   }
 
   double force(double h) const noexcept {

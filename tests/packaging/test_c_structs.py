@@ -1,17 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A program that was compiled with other structs than the C library does not link with it."""
+"""The ABI of the C library: what is frozen under its number, what the shared library exports, and that a program which
+was compiled with other structs does not link with it."""
 
-import hashlib
 import re
 import subprocess
 
+import c_abi
 from building import said
 
-PARTS = ("", "_guard", "_bend", "_solid", "_events", "_online")
-HEADERS = tuple(f"needleforce{part}.h" for part in PARTS)
-PLAIN = "settings|parameter|layer|fault|sample|output|bending|base|bent|base_output|event|prior|learnt|layer_learnt"
-VERSION = 2
-STRUCTS = "6971cb2f7590e72d"  # of VERSION
+STRUCTS = (
+    "settings|parameter|layer|fault|sample|output|bending|base|bent|base_output|event|prior|learnt|layer_learnt|ahead"
+)
 
 OLD = """
 #include <stddef.h>
@@ -50,21 +49,34 @@ def test_a_program_with_these_structs_links_and_runs(tmp_path, prefix):
     said([tmp_path / "main"])
 
 
-def test_a_changed_struct_has_another_version(root):
-    text = "".join((root / "bindings" / "c" / name).read_text(encoding="utf-8") for name in HEADERS)
-    structs = re.findall(r"typedef struct \{.*?\} \w+;", re.sub(r"/\*.*?\*/", "", text, flags=re.S), flags=re.S)
-    assert len(structs) == 22
-    found = hashlib.sha256("\n".join(" ".join(struct.split()) for struct in structs).encode()).hexdigest()[:16]
-    assert found == STRUCTS, "a struct has changed: the names in both headers need the next version, here too"
+def frozen(root) -> str:
+    """What the number in the header stands for."""
+    number = re.search(r"define NF_ABI_VERSION (\d+)", c_abi.text_of("needleforce.h"))[1]
+    text = (root / "bindings" / "c" / f"abi_v{number}.txt").read_text(encoding="utf-8")
+    assert text.startswith(f"NF_ABI_VERSION {number}\n")
+    return text
 
 
-def test_every_function_with_a_struct_has_the_version(root):
-    for name in HEADERS:
-        text = re.sub(r"/\*.*?\*/", "", (root / "bindings" / "c" / name).read_text(encoding="utf-8"), flags=re.S)
-        versioned = dict(re.findall(r"#define (nf_\w+) (nf_\w+)", text))
-        prototypes = re.findall(r"^[\w* ]*?\b(nf_\w+)\(([^;{}]*)\);", text, flags=re.M)
-        plain = rf"nf_({PLAIN}|ahead)\b"
-        needed = {function for function, taken in prototypes if re.search(plain, taken)}
-        needed |= {"nf_default_settings"} & {function for function, _ in prototypes}
-        assert needed and needed == set(versioned)
-        assert all(symbol == f"{function}_v{VERSION}" for function, symbol in versioned.items())
+def test_what_the_headers_declare_is_what_was_frozen(root):
+    """A new function is a new line of ``abi_v*.txt``. Anything else is an ABI with the next number: in NF_ABI_VERSION,
+    in the names of the functions, in a new ``abi_v*.txt`` by ``python tests/packaging/c_abi.py``, in ``integrations/``.
+    """
+    assert c_abi.found() == frozen(root)
+
+
+def test_every_function_with_a_struct_has_the_number(root):
+    number = re.search(r"NF_ABI_VERSION (\d+)", frozen(root))[1]
+    for text in map(c_abi.text_of, c_abi.HEADERS):
+        renamed, declared = c_abi.linker_names(text), c_abi.functions(text)
+        needed = {function for function, taken in declared.items() if re.search(rf"nf_({STRUCTS})\b", taken)}
+        assert needed | ({"nf_default_settings"} & declared.keys()) == renamed.keys() != set()
+        assert all(symbol == f"{function}_v{number}" for function, symbol in renamed.items())
+
+
+def test_the_shared_library_exports_these_functions_and_nothing_else(root, shared_library):
+    functions = re.findall(r"^function (\w+)$", frozen(root), re.M)
+    number = re.search(r"NF_ABI_VERSION (\d+)", frozen(root))[1]
+    symbols = said(["nm", "--dynamic", "--defined-only", "--format=posix", shared_library]).splitlines()
+    assert {line.split("@")[0] for line in symbols if " T " in line} == set(functions)
+    assert [line.split()[0] for line in symbols if " T " not in line] == [f"NEEDLEFORCE_{number}"]
+    assert f"[libneedleforce.so.{number}]" in said(["readelf", "--dynamic", shared_library])

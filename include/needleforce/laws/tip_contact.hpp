@@ -53,8 +53,24 @@ struct TipContact {
     double indentation(double force) const noexcept { return table.indentation(force / modulus); }
   };
   using Prepared = OnTable<TipTable>;
+  /// What a layer keeps: the insertion has the table.
+  struct Shared {
+    double modulus;  // reduced [Pa]
+    OnTable<const TipTable&> on(const TipTable& tip) const noexcept { return {modulus, tip}; }
+  };
+  Shared shared() const noexcept { return {reduced_modulus}; }
 
   Prepared prepare() const noexcept { return {reduced_modulus, TipTable(tip, radius)}; }
 };
+
+/// A law of another number than double has a contact of its own: gradient/tip_contact.hpp.
+template <class Real>
+struct TipContactFor;
+template <>
+struct TipContactFor<double> {
+  using type = TipContact;
+};
+template <class Real>
+using TipContactOf = typename TipContactFor<Real>::type;
 
 }  // namespace needleforce::laws

@@ -15,13 +15,13 @@ NAME_HELP = "Name of the constant; default: the name of the file or preset."
 
 def run(
     model: Annotated[str, typer.Argument(help=MODEL_HELP, show_default=False)],
-    language: Annotated[str, typer.Option(help="c++ or c for a header; fmu for FMI 3.0 co-simulation.")] = "c++",
+    language: Annotated[
+        str, typer.Option(help="c++ or c for a header, c# or json; fmu for FMI 3.0 co-simulation.")
+    ] = "c++",
     name: Annotated[str | None, typer.Option(help=NAME_HELP)] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="File to write; default: print the header.")
-    ] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write; default: print it.")] = None,
 ) -> None:
-    """Write a model as a C++ or C header of constants, for a controller without file access, or as an FMU."""
+    """Write a model as a C++ or C header of constants, for a controller without file access, as C#, JSON or an FMU."""
     from ..errors import InputError
     from ..export import fmu, header, identifier, model_source
     from ..files import atomic_write

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A model as a C++ header with typed laws, or as a C header with laws and parameters by name: an array of layers."""
+"""A model as a C++ header with typed laws, or with laws and parameters by name as a C header, C# or JSON: an array of
+layers."""
 
+import json
 import re
 import textwrap
 import unicodedata
@@ -18,6 +20,11 @@ MAX_LINE_WIDTH = 106
 CONVENTION = "SI units. Depth + inwards from the surface: subtract the fit's contact_depth. Force + opposes insertion."
 MAX_NAME_CHARS = 63  # that C distinguishes
 _RESERVED_FILE = Path(__file__).with_name("reserved_names.txt")
+# that are none of C and C++: a name may be one, with a mark
+_CSHARP_KEYWORDS = frozenset(
+    "abstract as base byte checked decimal delegate event finally fixed foreach implicit in internal is lock null "
+    "object out override params readonly ref sbyte sealed stackalloc string uint ulong unchecked unsafe ushort".split()
+)
 _RULE = (
     f"at most {MAX_NAME_CHARS} letters, digits and _ that begin with a letter and contain a small one, without __, an "
     "ending _ or _t, or a beginning nf_; no keyword, and no name of a header of C, C++ or POSIX"
@@ -32,7 +39,8 @@ def header(model: Model, language: str = "c++", name: str | None = None, sources
     model : Model
         The model.
     language : str
-        ``"c++"`` for ``needleforce::Layer`` with typed laws, ``"c"`` for ``nf_layer`` with laws by name.
+        ``"c++"`` for ``needleforce::Layer`` with typed laws, ``"c"`` for ``nf_layer`` with laws by name, ``"c#"`` for
+        ``Layer`` of Needleforce.cs, ``"json"`` for the layers that JavaScript, Octave and MATLAB take.
     name : str, optional
         Name of the constant; default: from the model's name.
     sources : tuple of str
@@ -225,6 +233,75 @@ def _profile(tip: Any, name: str) -> list[str]:
     return [*arrays, f'static const nf_tip {name} = {{.name = "{tip.name}", {pointers}, .knots = {len(tip.radii)}}};']
 
 
+def _csharp(model: Model, name: str, sources: tuple[str, ...]) -> str:
+    """The text of a class with the layers."""
+    layers = [line for number, layer in enumerate(model.layers, 1) for line in _csharp_layer(layer, number)]
+    lines = [
+        *(f"// {line}" for line in _heading(model, f"new Insertion({name}.Layers);", sources)),
+        f"public static class {'@' if name in _CSHARP_KEYWORDS else ''}{name} {{",
+        "  public static readonly Needleforce.Layer[] Layers = {",
+        *(f"    {line}" for line in layers),
+        "  };",
+        "}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _csharp_layer(layer: Layer, number: int) -> list[str]:
+    lines = ["new Needleforce.Layer {", f"  Top = {float(layer.top)!r},  // {_top_meaning(number)}"]
+    for family in FAMILIES:
+        law = getattr(layer, family)
+        tip = _csharp_tip(law.tip) if "tip" in law.parts else []
+        start = f'  {family.capitalize()} = new Needleforce.Law("{law.name}"'
+        first, *rest = [f"{start}, {tip[0]}", *(f"    {line}" for line in tip[1:])] if tip else [start]
+        lines += [first, *rest]
+        lines[-1] += ") {"
+        lines += [*(f"    {line}" for line in _csharp_numbers(law)), "  },"]
+    return [*lines, "},"]
+
+
+def _csharp_tip(tip: Any) -> list[str]:
+    if hasattr(tip, "columns"):
+        radii, heights = (", ".join(map(repr, map(float, each))) for each in (tip.radii, tip.heights))
+        return [f"new Needleforce.Tip(new[] {{ {radii} }}, new[] {{ {heights} }})"]
+    words = "".join(f', "{getattr(tip, part)}"' for part in tip.parts)
+    return [f'new Needleforce.Tip("{tip.name}"{words}) {{', *(f"  {line}" for line in _csharp_numbers(tip)), "}"]
+
+
+def _csharp_numbers(value: Any) -> list[str]:
+    numbers = value.parameters()
+    return [f'{{ "{row["name"]}", {numbers[row["name"]]!r} }},  // {_meaning(row)}' for row in value.table()]
+
+
+def _json(model: Model, name: str, sources: tuple[str, ...]) -> str:
+    """The text of an array of layers, on as few lines as there are laws; JSON has no comments."""
+    layers = [{"top": float(layer.top), **{f: by_name(getattr(layer, f)) for f in FAMILIES}} for layer in model.layers]
+    return json.dumps(layers, indent=2) + "\n"
+
+
+def by_name(value: Any) -> dict:
+    """A law or tip as the hosts take it.
+
+    Parameters
+    ----------
+    value : law or tip
+        Any of ``nf.laws`` and ``nf.tips``.
+
+    Returns
+    -------
+    dict
+        Its name, its parameters in SI, and its parts: a tip, or the equivalence of a bevel.
+    """
+    parts = {part: getattr(value, part) for part in value.parts}
+    columns = {"radii": list(value.radii), "heights": list(value.heights)} if hasattr(value, "columns") else {}
+    return {
+        "name": value.name,
+        **value.parameters(),
+        **columns,
+        **{key: part if isinstance(part, str) else by_name(part) for key, part in parts.items()},
+    }
+
+
 def _plain(text: str) -> str:
     """``text`` on one line, without sequences that end or continue a comment."""
     line = "".join(" " if unicodedata.category(letter)[0] in "CZ" else letter for letter in text)
@@ -258,4 +335,4 @@ def _top_meaning(number: int) -> str:
     return f"m, where layer {number} begins below the undeformed surface"
 
 
-LANGUAGES = {"c++": _cpp_header, "c": _c_header}
+LANGUAGES = {"c++": _cpp_header, "c": _c_header, "c#": _csharp, "json": _json}

@@ -26,7 +26,7 @@ class EngineBatch:
     Raises
     ------
     InputError
-        If one stands there twice or cannot be run, or ``threads`` is below 1.
+        If one is given twice or cannot be run, or ``threads`` is below 1.
     """
 
     def __init__(self, engines: Sequence[Any], threads: int = 1):

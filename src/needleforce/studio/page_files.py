@@ -11,6 +11,7 @@ from typing import Any
 
 from ..display.quantities import scale
 from ..errors import InputError
+from ..export import by_name
 from ..files import atomic_write, json_safe, read_bytes
 from ..mechanics.buckling import equivalent_half_angle
 from ..models.laws import FAMILIES, laws_of
@@ -180,7 +181,7 @@ def shown_model(model: Model) -> dict:
     return {
         **{key: getattr(model, key) for key in ("name", "summary", "reference", "doubts", "unverified")},
         "layers": [
-            {"top": layer.top, **{family: _named(getattr(layer, family)) for family in FAMILIES}}
+            {"top": layer.top, **{family: by_name(getattr(layer, family)) for family in FAMILIES}}
             for layer in model.layers
         ],
         "needle": None if needle is None else {"radius": needle.radius, "half_angle": _half_angle(needle.tip)},
@@ -201,13 +202,3 @@ def without_form(model: Model) -> str:
             if law.name not in {kind.name for kind in laws_of(family)}:
                 return f"The page has no form for the {family} by {law.name}."
     return "" if len(model.layers) <= MAX_LAYERS else f"The page has a form for {MAX_LAYERS} layers, not more."
-
-
-def _named(value: Any) -> dict:
-    """A law or tip as ``needleforce.mjs`` takes it: its name, its parameters, and its parts."""
-    parts = {part: getattr(value, part) for part in value.parts}
-    return {
-        "name": value.name,
-        **value.parameters(),
-        **{key: part if isinstance(part, str) else _named(part) for key, part in parts.items()},
-    }
