@@ -60,6 +60,11 @@ def test_each_member_may_have_a_model_of_its_own():
     as_single(nf.InsertionBatch(mixed), singles(mixed, 3), motions(900, 3, 5), None, 2e-3)
 
 
+def test_a_dimple_that_stays_with_long_presliding():
+    model = nf.preset("paper").replace(friction=nf.laws.Coulomb(per_length=25.0, presliding=2e-3, dimple_ratio=0.7))
+    as_single(nf.InsertionBatch(model, 7), singles(model, 7), motions(1200, 7, 12), None, 1e-3)
+
+
 @pytest.mark.parametrize("name", ["paper", "layered"])
 def test_whole_motions_and_threads_give_the_same(name):
     model, n = nf.preset(name), 3000
