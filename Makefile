@@ -95,7 +95,7 @@ test: setup  ## every test; SHARE=3 with what .ci/run takes on a day of 14
 
 # With sanitizers `make proof` runs every C++ test but the long walks at each run of .ci/run. As distributions compile it, a share has a fifth of
 # the programs, with their long walks, and what is not for sanitizers; without a share all.
-CXX_FIFTHS := core_tests bending_tests+plain_pair_tests solid_tests+event_tests real_time_tests guard_tests+swap_tests
+CXX_FIFTHS := core_tests bending_tests+plain_pair_tests solid_tests+event_tests+gradient_tests real_time_tests guard_tests+swap_tests
 SPACE := $(subst ,, )
 CXX_PROGRAMS = $(if $(filter-out 0,$(SHARE)),step_object $(subst +, ,$(word $(shell echo $$(($(SHARE) % 5 + 1))),$(CXX_FIFTHS))))
 CXX_LABELS = $(if $(CXX_PROGRAMS),--label-regex "^($(subst $(SPACE),|,$(CXX_PROGRAMS)))$$")

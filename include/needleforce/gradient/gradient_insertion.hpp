@@ -3,10 +3,12 @@
 // docs/howto/gradients.md
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 #include "../prepared_insertion.hpp"
 #include "directions.hpp"
@@ -68,8 +70,9 @@ class GradientInsertion {
   /// Back to before the first contact.
   void reset() noexcept {
     state_ = {};
+    last_ = {};
     travel_ = 0.0;
-    sticks_ = {};
+    sticks_ = noted_ = {};
     events_ = 0;
   }
   bool accepted() const noexcept { return prepared_.accepted(); }
