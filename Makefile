@@ -27,7 +27,7 @@ FILE ?= tests/reference_values.json
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
-.PHONY: help setup packages-and-core demo test test-system test-browser test-wasm test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
+.PHONY: help setup packages-and-core demo test test-system test-browser test-wasm test-cpp test-python test-long test-hosts proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm studio-static bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
@@ -132,6 +132,10 @@ test-python: setup .venv/.test-packages test-wasm
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
 	@$(PYTHON_TESTS) --long
+
+test-hosts: setup .venv/.test-packages  ## hosts that are too heavy for every run: Warp, MuJoCo Warp
+	@$(WATCHED) "packages of hosts" -- $(INSTALL) --requirement requirements/hosts.txt
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest tests/simulators/test_warp.py
 
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
 	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-effects proof-threads proof-symbols proof-sanitized

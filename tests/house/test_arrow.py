@@ -42,6 +42,7 @@ ALLOWED = {
     "studies": MODELS | {"recording", "identification", "rig", "control", "fe", "running", "state_folder"},
     "references": set(),
     "export": MODELS,
+    "simulators": MODELS,
     "studio": MODELS
     | {"recording", "segmentation", "identification", "campaign", "export", "wire", "acquisition", "rig"}
     | {"steering", "fe"},

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The function for Warp has the engine's numbers on the processor, in both precisions, and pushes in MuJoCo Warp. What is
-too heavy for every run: make test-hosts."""
+"""The function for Warp has the engine's numbers on the processor, in both precisions, and pushes in MuJoCo Warp. Too
+heavy for every run: make test-hosts."""
 
 import re
 import subprocess
@@ -41,7 +41,7 @@ def models():
 
 
 def motions(real):
-    """In, at rest, out of the tissue and in again, each needle at its own speed, with leaps and numbers that are none."""
+    """In, at rest, out of the tissue and in again, each at its own speed, with leaps and what is no number."""
     speeds = np.repeat([8e-3, 0.0, -6e-3, 11e-3, -20e-3, 12e-3], 500)[:, None] * np.linspace(0.6, 1.6, N)
     depths = -1e-3 + np.cumsum(speeds, axis=0) * DT
     depths[700, 1], depths[1800, 2], depths[40, 3] = np.nan, 0.8, np.inf
