@@ -27,7 +27,7 @@ FILE ?= tests/reference_values.json
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
-.PHONY: help setup packages-and-core demo test test-system test-browser test-wasm test-cpp test-python test-long test-hosts proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
+.PHONY: help setup packages-and-core demo test test-system test-browser test-mono-octave test-wasm test-cpp test-python test-long test-hosts proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm studio-static bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
@@ -90,7 +90,7 @@ demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo
 
 # what the Python tests need is fetched and compiled while the C++ tests are
 test: setup  ## every test; SHARE=3 with what .ci/run takes on a day of 14
-	@$(MAKE) --no-print-directory --jobs=3 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-browser .venv/.collected test-wasm
+	@$(MAKE) --no-print-directory --jobs=3 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-mono-octave .venv/.collected test-wasm
 	@$(MAKE) --no-print-directory test-python
 
 # With sanitizers `make proof` runs every C++ test but the long walks at each run of .ci/run. As distributions compile it, a share has a fifth of
@@ -114,6 +114,9 @@ test-system: .venv/.made
 test-browser: test-system
 	@PYTHON=$(PYTHON) tools/system_packages.sh browser || echo "the tests that open a page are skipped"
 
+test-mono-octave: test-browser
+	@PYTHON=$(PYTHON) tools/system_packages.sh hosts || echo "the tests of C# and Octave are skipped"
+
 # after an installation one process compiles what the tests import, else each of those that run them does; what cannot be imported is seen
 # before the others run
 .venv/.collected: .venv/.test-packages
@@ -124,7 +127,7 @@ test-browser: test-system
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
 
 # where there is a clang, the tests use what the wheel takes; one installer at a time
-test-wasm: test-browser
+test-wasm: test-mono-octave
 	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
 
 test-python: setup .venv/.test-packages test-wasm

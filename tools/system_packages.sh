@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # What pip cannot bring: for `core` a C++20 compiler and Python with its headers, for `tests` GoogleTest and pkg-config as well, for `proof`
-# clang with its sanitizers and fuzzer, what it needs for WebAssembly, and Node; for `browser` Chromium, alone.
-# Installs them where it may, else names in one line what to install. Without Chromium the tests that need it are skipped: that is no fault.
+# clang with its sanitizers and fuzzer, what it needs for WebAssembly, and Node; for `browser` Chromium, and for `hosts` Mono and Octave, alone.
+# Installs them where it may, else names in one line what to install. Without a browser or hosts the tests that need it are skipped: no fault.
 set -eu
 python=${PYTHON:-python3}
 compiler=${CXX:-g++}
@@ -27,6 +27,10 @@ named() {
       "brew libgtest-dev") echo googletest ;;
       "pacman pkg-config" | "brew pkg-config") echo pkgconf ;;
       "brew chromium") echo --cask chromium ;;
+      "dnf mono-mcs" | "zypper mono-mcs") echo mono-devel ;;
+      "pacman mono-mcs" | "brew mono-mcs") echo mono ;;
+      "dnf octave-dev" | "zypper octave-dev") echo octave-devel ;;
+      "pacman octave-dev" | "brew octave-dev") echo octave ;;
       *) echo "$each" ;;
     esac
   done | sort -u | xargs
@@ -48,6 +52,9 @@ says_how() {
 what=${1:-core}
 if [ "$what" = browser ]; then
   command -v chromium > /dev/null || command -v chromium-browser > /dev/null || command -v google-chrome > /dev/null || needed+=(chromium)
+elif [ "$what" = hosts ]; then
+  command -v mcs > /dev/null && command -v mono > /dev/null || needed+=(mono-mcs)
+  command -v mkoctfile > /dev/null || needed+=(octave-dev)
 else
   command -v "$compiler" > /dev/null || needed+=(g++)
   command -v "$python" > /dev/null || needed+=(python3)

@@ -41,10 +41,19 @@ def test_what_is_missing_is_named_as_the_system_names_it(system, root, tmp_path)
     assert named(root, tmp_path, system, "tests") == f"needleforce needs these system packages first: {SYSTEMS[system]}"
 
 
-@pytest.mark.parametrize("system", [("apt-get", "sudo apt-get install"), ("brew", "brew install --cask")], ids=str)
-def test_the_browser_is_named_alone(system, root, tmp_path):
-    expected = f"needleforce needs these system packages first: {system[1]} chromium"
-    assert named(root, tmp_path, system[0], "browser") == expected
+ALONE = {
+    ("browser", "apt-get"): "sudo apt-get install chromium",
+    ("browser", "brew"): "brew install --cask chromium",
+    ("hosts", "apt-get"): "sudo apt-get install mono-mcs octave-dev",
+    ("hosts", "dnf"): "sudo dnf install mono-devel octave-devel",
+    ("hosts", "brew"): "brew install mono octave",
+}
+
+
+@pytest.mark.parametrize("what, system", ALONE)
+def test_the_browser_and_the_hosts_are_named_alone(what, system, root, tmp_path):
+    expected = f"needleforce needs these system packages first: {ALONE[what, system]}"
+    assert named(root, tmp_path, system, what) == expected
 
 
 def test_somebody_who_may_install_gets_the_browser_and_nothing_more(root, tmp_path):
