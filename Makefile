@@ -27,7 +27,7 @@ FILE ?= tests/reference_values.json
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
-.PHONY: help setup packages-and-core demo test test-system test-browser test-hosts test-wasm test-cpp test-python test-long proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
+.PHONY: help setup packages-and-core demo test test-system test-browser test-mono-octave test-wasm test-cpp test-python test-long test-hosts proof proof-long proof-tools proof-effects proof-symbols proof-sanitized proof-sanitizers proof-threads \
         proof-fuzz fuzz wasm studio-static bench bench-full wheel try-wheel lint format docs reference clean
 
 help:  ## this list
@@ -90,12 +90,12 @@ demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo
 
 # what the Python tests need is fetched and compiled while the C++ tests are
 test: setup  ## every test; SHARE=3 with what .ci/run takes on a day of 14
-	@$(MAKE) --no-print-directory --jobs=3 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-hosts .venv/.collected test-wasm
+	@$(MAKE) --no-print-directory --jobs=3 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-mono-octave .venv/.collected test-wasm
 	@$(MAKE) --no-print-directory test-python
 
 # With sanitizers `make proof` runs every C++ test but the long walks at each run of .ci/run. As distributions compile it, a share has a fifth of
 # the programs, with their long walks, and what is not for sanitizers; without a share all.
-CXX_FIFTHS := core_tests bending_tests+plain_pair_tests solid_tests+event_tests real_time_tests guard_tests+swap_tests
+CXX_FIFTHS := core_tests bending_tests+plain_pair_tests solid_tests+event_tests+gradient_tests real_time_tests guard_tests+swap_tests
 SPACE := $(subst ,, )
 CXX_PROGRAMS = $(if $(filter-out 0,$(SHARE)),step_object $(subst +, ,$(word $(shell echo $$(($(SHARE) % 5 + 1))),$(CXX_FIFTHS))))
 CXX_LABELS = $(if $(CXX_PROGRAMS),--label-regex "^($(subst $(SPACE),|,$(CXX_PROGRAMS)))$$")
@@ -114,7 +114,7 @@ test-system: .venv/.made
 test-browser: test-system
 	@PYTHON=$(PYTHON) tools/system_packages.sh browser || echo "the tests that open a page are skipped"
 
-test-hosts: test-browser
+test-mono-octave: test-browser
 	@PYTHON=$(PYTHON) tools/system_packages.sh hosts || echo "the tests of C# and Octave are skipped"
 
 # after an installation one process compiles what the tests import, else each of those that run them does; what cannot be imported is seen
@@ -127,7 +127,7 @@ test-hosts: test-browser
 PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
 
 # where there is a clang, the tests use what the wheel takes; one installer at a time
-test-wasm: test-hosts
+test-wasm: test-mono-octave
 	@! command -v clang++-19 > /dev/null || $(MAKE) --no-print-directory wasm
 
 test-python: setup .venv/.test-packages test-wasm
@@ -135,6 +135,10 @@ test-python: setup .venv/.test-packages test-wasm
 
 test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
 	@$(PYTHON_TESTS) --long
+
+test-hosts: setup .venv/.test-packages  ## hosts that are too heavy for every run: Warp, MuJoCo Warp
+	@$(WATCHED) "packages of hosts" -- $(INSTALL) --requirement requirements/hosts.txt
+	@OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest tests/simulators/test_warp.py
 
 proof: proof-tools  ## the real-time claims, by compiler, sanitizers and fuzzer
 	@$(MAKE) --no-print-directory --jobs=2 SIDE_BY_SIDE=yes proof-effects proof-threads proof-symbols proof-sanitized

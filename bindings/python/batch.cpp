@@ -133,6 +133,16 @@ void bind_batch(nb::module_& module) {
               self = saved;
           },
           nb::arg("saved"), nb::arg("members").none(), "Back to a copy.")
+      .def(
+          "_replace",
+          [](InsertionBatch& self, std::int64_t i, const Stack& model) {
+            const auto n = static_cast<std::int64_t>(self.size());
+            if (i < 0 || i >= n)
+              raise_input("member", nb::int_(i), "not between 0 and " + std::to_string(n - 1),
+                          "Count members from 0.");
+            self.replace(static_cast<std::size_t>(i), stacked(model));
+          },
+          nb::arg("member"), nb::arg("model"), "Another model for a member.")
       .def("__len__", &InsertionBatch::size);
 }
 

@@ -53,7 +53,7 @@ struct AtDepth {
       const double by_depth = 0.25 * (table.slope(h + nudge) - table.slope(h - nudge)) / nudge;
       const sneddon::Touch touch = detail::touch(shape, a);
       const double left = h - touch.depth, nearer = a + left * by_depth;
-      if (u < table.edge[table.count] && std::abs(left) < 1e-6 * h && nearer < limit)
+      if (u < table.table.last_root() && std::abs(left) < 1e-6 * h && nearer < limit)
         return {h, nearer, modulus * (touch.force + (a + nearer) * left)};
     }
     const Reach reach = reach_at_depth(shape, h, limit);

@@ -32,6 +32,7 @@ NB_MODULE(core, module) {
   needleforce::python::bind_contact(module);
   needleforce::python::bind_insertion(module);
   needleforce::python::bind_batch(module);
+  needleforce::python::bind_gradient(module);
   needleforce::python::bind_flexible(module);
   needleforce::python::bind_condensed(module);
   needleforce::python::bind_estimator(module);

@@ -23,6 +23,7 @@ void bind_laws(nanobind::module_& module);
 void bind_contact(nanobind::module_& module);
 void bind_insertion(nanobind::module_& module);
 void bind_batch(nanobind::module_& module);
+void bind_gradient(nanobind::module_& module);
 void bind_flexible(nanobind::module_& module);
 void bind_condensed(nanobind::module_& module);
 void bind_estimator(nanobind::module_& module);

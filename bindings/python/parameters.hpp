@@ -45,12 +45,20 @@ inline std::string class_name(const std::string& name) {
   return result;
 }
 
-/// The type's own name in C++, as "needleforce::laws::ConeCylinder".
+/// A text without some of its parts.
+inline std::string without(std::string text, const std::string& part, const std::string& instead = "") {
+  const std::size_t at = text.find(part);
+  return at == std::string::npos ? text : text.replace(at, part.size(), instead);
+}
+
+/// The type's name in C++, as "needleforce::laws::ConeCylinder": that of its alias, where it is a template
+/// over the kind of number.
 template <class T>
 std::string cpp_name() {
   const std::string text = __PRETTY_FUNCTION__;  // "... cpp_name() [with T = <name>; std::string = ...]"
   const std::size_t start = text.find("T = ") + 4;
-  return text.substr(start, text.find_first_of(";]", start) - start);
+  const std::string name = text.substr(start, text.find_first_of(";]", start) - start);
+  return without(without(without(name, "::Basic", "::"), "<double>"), ", double>", ">");
 }
 
 inline std::string number(double value) { return nb::cast<std::string>(nb::repr(nb::float_(value))); }

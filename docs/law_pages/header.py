@@ -21,7 +21,7 @@ def comment(law: type) -> str:
 def cpp_name(law: type) -> str:
     """The law's name in C++; for a template, the alias of the chosen case, in the order of the names."""
     text = header(law.name).read_text(encoding="utf-8")
-    _, struct = _documented(text)
+    struct = _documented(text)[1].removeprefix("Basic")  # the template over the kind of number
     aliases = re.findall(rf"^using (\w+) = {struct}<", text, re.MULTILINE)
     return f"laws::{aliases[_names(text).index(law.name)] if aliases else struct}"
 

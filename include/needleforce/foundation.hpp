@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "needle.hpp"
+#include "scalar.hpp"
 #include "tissue.hpp"
 
 namespace needleforce {
@@ -96,48 +97,71 @@ namespace foundations {
 
 /// p = k_1 u + k_3 u^3, hardening; u_c = sqrt(k_1 / k_3).
 struct Cubic {
-  static double pressure(double y) noexcept { return y * (1.0 + y * y); }
-  static double energy(double y) noexcept { return y * y * (0.5 + 0.25 * y * y); }
-  static double both(double y, double x) noexcept { return x * y * (1.0 + y * y + x * x); }
+  template <class Real>
+  static Real pressure(Real y) noexcept {
+    return y * (1.0 + y * y);
+  }
+  template <class Real>
+  static Real energy(Real y) noexcept {
+    return y * y * (0.5 + 0.25 * y * y);
+  }
+  template <class Real>
+  static Real both(Real y, Real x) noexcept {
+    return x * y * (1.0 + y * y + x * x);
+  }
 };
 
 /// p = k_1 u / (1 + k_1 u / p_u), softening; u_c = p_u / k_1.
 struct Hyperbolic {
-  static double pressure(double y) noexcept { return y / (1.0 + y); }
-  static double energy(double y) noexcept { return y > 0.1 ? y - std::log1p(y) : small_energy(y); }
-  static double both(double y, double x) noexcept {
+  template <class Real>
+  static Real pressure(Real y) noexcept {
+    return y / (1.0 + y);
+  }
+  template <class Real>
+  static Real energy(Real y) noexcept {
+    return y > 0.1 ? y - log1p(y) : small_energy(y);
+  }
+  template <class Real>
+  static Real both(Real y, Real x) noexcept {
     // x - artanh(t), t = x / (1 + y), as x y / (1 + y) - (artanh(t) - t)
-    const double t = x / (1.0 + y);
-    const double rest = t > 0.1 ? std::atanh(t) - t : t * t * t * tail(t * t);
+    const Real t = x / (1.0 + y);
+    const Real rest = t > 0.1 ? atanh(t) - t : t * t * t * tail(t * t);
     return x * y / (1.0 + y) - rest;
   }
 
  private:
   /// 1/3 + s/5 + s^2/7 + ..., s <= 0.01.
-  static double tail(double s) noexcept {
+  template <class Real>
+  static Real tail(Real s) noexcept {
     return 1.0 / 3 + s * (1.0 / 5 + s * (1.0 / 7 + s * (1.0 / 9 + s * (1.0 / 11 + s * (1.0 / 13 + s / 15)))));
   }
   /// y - ln(1 + y) by ln(1 + y) = 2 artanh(y / (2 + y)).
-  static double small_energy(double y) noexcept {
-    const double t = y / (2.0 + y);
+  template <class Real>
+  static Real small_energy(Real y) noexcept {
+    const Real t = y / (2.0 + y);
     return t * y - 2.0 * t * t * t * tail(t * t);
   }
 };
 
 /// p = p_u tanh(k_1 u / p_u), softening; u_c = p_u / k_1.
 struct Tanh {
-  static double pressure(double y) noexcept { return std::tanh(y); }
+  template <class Real>
+  static Real pressure(Real y) noexcept {
+    return tanh(y);
+  }
   /// ln cosh y.
-  static double energy(double y) noexcept {
-    if (y > 1.0) return y + std::log1p(std::exp(-2.0 * y)) - 0.69314718055994530942;
-    const double half = std::sinh(0.5 * y);
-    return std::log1p(2.0 * half * half);
+  template <class Real>
+  static Real energy(Real y) noexcept {
+    if (y > 1.0) return y + log1p(exp(-2.0 * y)) - 0.69314718055994530942;
+    const Real half = sinh(0.5 * y);
+    return log1p(2.0 * half * half);
   }
   /// artanh(tanh y tanh x), and the same where that would be close to 1.
-  static double both(double y, double x) noexcept {
-    if (x < 1.0) return std::atanh(std::tanh(y) * std::tanh(x));
-    const double apart = std::exp(-2.0 * (y - x)), total = std::exp(-2.0 * (y + x));
-    return x + 0.5 * (std::log1p(total) - std::log1p(apart));
+  template <class Real>
+  static Real both(Real y, Real x) noexcept {
+    if (x < 1.0) return atanh(tanh(y) * tanh(x));
+    const Real apart = exp(-2.0 * (y - x)), total = exp(-2.0 * (y + x));
+    return x + 0.5 * (log1p(total) - log1p(apart));
   }
 };
 

@@ -7,25 +7,33 @@
 #include <type_traits>
 #include <variant>
 
+#include "dispatch.hpp"
 #include "laws/all.hpp"
 
 namespace needleforce {
 
 /// One law of each family. Plain values: all that an insertion into one layer needs.
-struct Model {
-  Stiffness stiffness;
-  Puncture puncture;
-  Friction friction;
-  Cutting cutting;
-  Relaxation relaxation{};
+template <class Real>
+struct BasicModel {
+  BasicStiffness<Real> stiffness;
+  BasicPuncture<Real> puncture;
+  BasicFriction<Real> friction;
+  BasicCutting<Real> cutting;
+  BasicRelaxation<Real> relaxation{};
 };
+using Model = BasicModel<double>;
+// found here, for g++ 12 fails where a program with a precompiled header is the first to ask
+static_assert(std::is_nothrow_default_constructible_v<Relaxation> &&
+              std::is_nothrow_default_constructible_v<Model>);
 
 /// A layer from a depth `top` [m] below the undeformed surface on, with the laws of its own. Its puncture is
 /// counted from its top.
-struct Layer {
-  double top = 0.0;
-  Model laws;
+template <class Real>
+struct BasicLayer {
+  Real top = 0.0;
+  BasicModel<Real> laws;
 };
+using Layer = BasicLayer<double>;
 
 /// Largest number of layers of an insertion.
 inline constexpr std::size_t max_layers = 8;
@@ -82,13 +90,16 @@ using MemoryOf = typename detail::one_of<MemoriesOf<Laws>>::type;
 
 template <class... L>
 Prepared<std::variant<L...>> prepare(const std::variant<L...>& laws) noexcept {
-  return std::visit([](const auto& law) { return Prepared<std::variant<L...>>{law.prepare()}; }, laws);
+  return dispatch(laws, [](const auto& law) { return Prepared<std::variant<L...>>{law.prepare()}; });
 }
 
 /// The depth [m] from the top of its layer at which an elastic contact punctures, whatever its criterion.
-inline double puncture_depth(const Puncture& puncture, const Prepared<Stiffness>& stiffness) noexcept {
-  return std::visit([](const auto& law, const auto& contact) { return law.puncture_depth(contact); },
-                    puncture, stiffness);
+template <class Real>
+Real puncture_depth(const BasicPuncture<Real>& puncture,
+                    const Prepared<BasicStiffness<Real>>& stiffness) noexcept {
+  return dispatch(stiffness, [&](const auto& contact) {
+    return dispatch(puncture, [&](const auto& law) { return law.puncture_depth(contact); });
+  });
 }
 
 /// What is wrong with a model: in which layer, which quantity, and why; `reason` is nullptr if nothing is.
@@ -102,38 +113,30 @@ namespace detail {
 
 template <class Laws>
 Fault fault_of(const Laws& laws) noexcept {
-  return std::visit(
-      [](const auto& law) -> Fault {
-        if (const auto* parameter = first_invalid(law)) return {0, parameter->name, "outside its range"};
-        if (const tips::Flaw flaw = flaw_of(law); flaw.limit) return {0, flaw.quantity, flaw.limit};
-        return {0, law.name, contradiction(law)};
-      },
-      laws);
+  return dispatch(laws, [](const auto& law) -> Fault {
+    if (const auto* parameter = first_invalid(law)) return {0, parameter->name, "outside its range"};
+    if (const tips::Flaw flaw = flaw_of(law); flaw.limit) return {0, flaw.quantity, flaw.limit};
+    return {0, law.name, contradiction(law)};
+  });
 }
 
 inline Fault counted_twice(const Model& model) noexcept {
-  const bool tip =
-      std::visit([]<class F, class C>(const F&, const C&) { return counts_cutting<F> && counts_cutting<C>; },
-                 model.friction, model.cutting);
+  const bool tip = dispatch(model.friction, []<class F>(const F&) { return counts_cutting<F>; }) &&
+                   dispatch(model.cutting, []<class C>(const C&) { return counts_cutting<C>; });
   if (tip) return {0, "cutting", "the friction law counts the force at the tip already: take no_cutting"};
-  const bool creep = std::visit(
-      []<class F, class R>(const F&, const R&) {
-        return needs_surface<F> && !std::is_same_v<R, laws::NoRelaxation>;
-      },
-      model.friction, model.relaxation);
+  const bool creep = dispatch(model.friction, []<class F>(const F&) { return needs_surface<F>; }) &&
+                     !std::holds_alternative<laws::NoRelaxation>(model.relaxation);
   return {0, "relaxation", creep ? "the friction law counts the creep of the surface already" : nullptr};
 }
 
 /// A law that can tell from its parameters that it would return energy is refused in a loop.
 inline Fault returned_energy(const Model& model) noexcept {
-  return std::visit(
-      []<class F>(const F& law) -> Fault {
-        if constexpr (requires { law.returns_energy(); })
-          return {0, "viscous", law.returns_energy()};
-        else
-          return {};
-      },
-      model.friction);
+  return dispatch(model.friction, []<class F>(const F& law) -> Fault {
+    if constexpr (requires { law.returns_energy(); })
+      return {0, "viscous", law.returns_energy()};
+    else
+      return {};
+  });
 }
 
 inline Fault fault_of_laws(const Model& model) noexcept {
@@ -145,11 +148,11 @@ inline Fault fault_of_laws(const Model& model) noexcept {
 }
 
 inline bool adds(const Model& model) noexcept {
-  return std::visit([]<class F>(const F&) { return stands_alone<F>; }, model.friction);
+  return dispatch(model.friction, []<class F>(const F&) { return stands_alone<F>; });
 }
 
 inline bool at_surface_alone(const Model& model) noexcept {
-  return std::visit([]<class F>(const F&) { return needs_surface<F>; }, model.friction);
+  return dispatch(model.friction, []<class F>(const F&) { return needs_surface<F>; });
 }
 
 inline const char* fault_of_place(const Layer& layer, const Layer* above) noexcept {
@@ -165,15 +168,31 @@ inline const char* fault_of_place(const Layer& layer, const Layer* above) noexce
   return nullptr;
 }
 
+/// The first layer whose contact is that of a tip.
+inline const laws::TipContact* first_tip(std::span<const Layer> layers) noexcept {
+  for (const Layer& layer : layers)
+    if (const auto* law = std::get_if<laws::TipContact>(&layer.laws.stiffness)) return law;
+  return nullptr;
+}
+
+/// A needle has one tip, and an insertion one table for it.
+inline const char* fault_of_tip(const Layer& layer, const laws::TipContact* first) noexcept {
+  const auto* law = std::get_if<laws::TipContact>(&layer.laws.stiffness);
+  const bool same = !law || (law->tip == first->tip && law->radius == first->radius);
+  return same ? nullptr : "not the tip and the radius of the layers above: a needle has one of each";
+}
+
 }  // namespace detail
 
 /// The first fault of a stack of layers from the surface down, or one without a reason. For use before the
 /// loop.
 inline Fault first_fault(std::span<const Layer> layers) noexcept {
   if (layers.empty() || layers.size() > max_layers) return {0, "layers", "not between 1 and 8"};
+  const laws::TipContact* const tip = detail::first_tip(layers);
   for (std::size_t i = 0; i < layers.size(); ++i) {
     Fault fault = detail::fault_of_laws(layers[i].laws);
     if (!fault.reason) fault = {i, "top", detail::fault_of_place(layers[i], i ? &layers[i - 1] : nullptr)};
+    if (!fault.reason) fault = {i, "tip", detail::fault_of_tip(layers[i], tip)};
     fault.layer = i;
     if (fault.reason) return fault;
   }

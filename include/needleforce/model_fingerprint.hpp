@@ -21,7 +21,7 @@ void add_numbers(Fingerprint& print, const T& value) noexcept;
 template <class... T>
 void add_part(Fingerprint& print, const std::variant<T...>& chosen) noexcept {
   print.add(static_cast<std::uint64_t>(chosen.index()));
-  std::visit([&](const auto& value) { add_numbers(print, value); }, chosen);
+  dispatch(chosen, [&](const auto& value) { add_numbers(print, value); });
 }
 template <class Word>
   requires std::is_enum_v<Word>

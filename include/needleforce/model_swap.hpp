@@ -47,10 +47,16 @@ inline std::size_t counterpart(const Tops& old, const Tops& now, std::size_t i) 
 /// with other laws.
 class ModelSwap {
  public:
-  using Stack = std::span<const PreparedLayer>;
+  /// Layers, and the table of the tip that they share.
+  struct Stack {
+    std::span<const PreparedLayer> layers;
+    const TipTable& tip;
+    std::size_t size() const noexcept { return layers.size(); }
+    const PreparedLayer& operator[](std::size_t i) const noexcept { return layers[i]; }
+  };
 
   /// The memory of an insertion into the layers `now` that continues one into the layers `old`.
-  static InsertionState continued(Stack old, const InsertionState& before, Stack now) noexcept {
+  static InsertionState continued(const Stack& old, const InsertionState& before, const Stack& now) noexcept {
     InsertionState state = before;
     state.relaxation_dt = 0.0;  // the exponentials are those of the old model
     if (!state.started) return state;
@@ -66,10 +72,10 @@ class ModelSwap {
   }
 
  private:
-  ModelSwap(Stack old, const InsertionState& before, Stack now) noexcept
+  ModelSwap(const Stack& old, const InsertionState& before, const Stack& now) noexcept
       : old_(old), now_(now), before_(before) {}
 
-  static Tops tops(Stack layers) noexcept {
+  static Tops tops(const Stack& layers) noexcept {
     Tops result{.count = layers.size()};
     for (std::size_t i = 0; i < layers.size(); ++i) result.depth[i] = layers[i].top;
     return result;
@@ -122,12 +128,12 @@ class ModelSwap {
   }
 
   /// The contact's forces scale with its law at the deepest point.
-  static void continue_contact(const PreparedLayer& now, const PreparedLayer& old, LayerState& state,
-                               double deepest) noexcept {
+  void continue_contact(const PreparedLayer& now, const PreparedLayer& old, LayerState& state,
+                        double deepest) const noexcept {
     if (!old.relaxes_) state.contact = Element{state.contact_force};
     state.contact.continue_with(old.relaxing(1.0), now.relaxing(1.0));
-    const auto [force, energy] = at_deepest(now, deepest);
-    const auto [old_force, old_energy] = at_deepest(old, deepest);
+    const auto [force, energy] = at_deepest(now, now_.tip, deepest);
+    const auto [old_force, old_energy] = at_deepest(old, old_.tip, deepest);
     const double scale = old_force > 1e-12 ? force / old_force : 0.0;
     for (double* value : {&state.contact.elastic, &state.contact.memory[0], &state.contact.memory[1],
                           &state.contact_force, &state.contact_slope})
@@ -138,11 +144,11 @@ class ModelSwap {
     state.indentation = std::clamp(state.indentation + (old.top - now.top), 0.0, max_indentation);
   }
   /// Force [N] and energy [J] of the contact without relaxation where the tip was at most at a depth [m].
-  static std::pair<double, double> at_deepest(const PreparedLayer& layer, double deepest) noexcept {
+  static std::pair<double, double> at_deepest(const PreparedLayer& layer, const TipTable& tip,
+                                              double deepest) noexcept {
     const double indentation = std::clamp(deepest - layer.top, 0.0, layer.puncture - layer.top);
-    return dispatch(layer.stiffness_, [&](const auto& law) {
-      return std::pair{law.force(indentation), law.energy(indentation)};
-    });
+    return layer.on_contact(
+        tip, [&](const auto& law) { return std::pair{law.force(indentation), law.energy(indentation)}; });
   }
 
   /// Friction keeps its traction within the new limits; `length` [m] of the shaft is in the layer.

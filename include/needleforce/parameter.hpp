@@ -13,9 +13,9 @@ namespace needleforce {
 inline constexpr double required = std::numeric_limits<double>::quiet_NaN();
 
 /// One parameter of T: its member, its name, and the closed range outside which it is refused.
-template <class T>
+template <class T, class Number = double>
 struct Parameter {
-  double T::* member;
+  Number T::* member;
   const char* name;
   const char* unit;  ///< SI; "1" for a ratio
   double low;

@@ -5,46 +5,66 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scalar.hpp"
+
 namespace needleforce {
 
 /// One step of the tip, the input of every law.
-struct Move {
-  double depth;        ///< [m] after the step, past the undeformed surface
-  double travel;       ///< [m] of the step
-  double below;        ///< [m] of the travel below the undeformed surface
-  double velocity;     ///< [m/s]; rate terms follow it, geometry follows `travel`
-  double dt;           ///< [s]
-  double deepest;      ///< [m] the greatest depth so far
-  bool advancing;      ///< going deeper than ever, and not at rest
-  bool withdrawing;    ///< behind the greatest depth by more than noise
-  double shift = 0.0;  ///< from where friction feels the tip to `depth`, within the noise [m]
+template <class Real>
+struct BasicMove {
+  Real depth;        ///< [m] after the step, past the undeformed surface
+  Real travel;       ///< [m] of the step
+  Real below;        ///< [m] of the travel below the undeformed surface
+  double velocity;   ///< [m/s]; rate terms follow it, geometry follows `travel`
+  Real dt;           ///< [s]
+  double deepest;    ///< [m] the greatest depth so far
+  bool advancing;    ///< going deeper than ever, and not at rest
+  bool withdrawing;  ///< behind the greatest depth by more than noise
+  Real shift = 0.0;  ///< from where friction feels the tip to `depth`, within the noise [m]
   bool waits =
       false;  ///< noise explains the travel, which is therefore left out, and the needle may be moving
 };
+using Move = BasicMove<double>;
+
+/// The same step for laws of another kind of number.
+template <class Real>
+BasicMove<Real> numbers_of(const Move& move) noexcept {
+  if constexpr (is_plain<Real>)
+    return move;
+  else
+    return {move.depth,   move.travel,    move.below,       move.velocity, move.dt,
+            move.deepest, move.advancing, move.withdrawing, move.shift,    move.waits};
+}
 
 /// Relaxation over one step: an elastic force f becomes lasting f + two relaxing memories.
-struct Relaxing {
-  double lasting = 1.0;           ///< share that does not relax
-  double share[2] = {};           ///< g_j, relaxing shares
-  double left[2] = {1.0, 1.0};    ///< a_j = exp(-dt / tau_j), remaining after a step
-  double during[2] = {1.0, 1.0};  ///< (1 - a_j) tau_j / dt, remaining of a load applied evenly over the step
-  bool relaxes = false;           ///< false: purely elastic
-  bool only_at_rest = false;      ///< nothing relaxes while the tip advances
-  bool restores = false;          ///< and its advance restores the memories (as fitted to recordings)
+template <class Real>
+struct BasicRelaxing {
+  Real lasting = 1.0;           ///< share that does not relax
+  Real share[2] = {};           ///< g_j, relaxing shares
+  Real left[2] = {1.0, 1.0};    ///< a_j = exp(-dt / tau_j), remaining after a step
+  Real during[2] = {1.0, 1.0};  ///< (1 - a_j) tau_j / dt, remaining of a load applied evenly over the step
+  bool relaxes = false;         ///< false: purely elastic
+  bool only_at_rest = false;    ///< nothing relaxes while the tip advances
+  bool restores = false;        ///< and its advance restores the memories (as fitted to recordings)
 };
+using Relaxing = BasicRelaxing<double>;
+/// Of a layer that does not relax.
+template <class Real>
+inline constexpr BasicRelaxing<Real> no_relaxing{};
 
 /// An elastic force with its relaxing memories; [N], or [N/m] for a force per length. Exact for a load
 /// applied evenly over the step, so that the step's size does not matter at constant velocity.
-struct Element {
-  double elastic = 0.0;     ///< without relaxation
-  double memory[2] = {};    ///< q_j
-  double stiffening = 1.0;  ///< d(force) / d(elastic) in the last step, 0 at a limit, where it slips
-  double slipped = 0.0;     ///< what the limits left of the load wanted in the last step
+template <class Real>
+struct BasicElement {
+  Real elastic = 0.0;     ///< without relaxation
+  Real memory[2] = {};    ///< q_j
+  Real stiffening = 1.0;  ///< d(force) / d(elastic) in the last step, 0 at a limit, where it slips
+  Real slipped = 0.0;     ///< what the limits left of the load wanted in the last step
 
   /// Adds `wanted` to the elastic force, or as much of it as keeps the force within low..high; returns the
   /// force. standing + per_load * wanted, where it does not slip. Wait-free.
-  [[gnu::always_inline]] double load(double wanted, double low, double high, const Relaxing& relaxing,
-                                     bool advancing) noexcept {
+  [[gnu::always_inline]] Real load(Real wanted, Real low, Real high, const BasicRelaxing<Real>& relaxing,
+                                   bool advancing) noexcept {
     if (!relaxing.relaxes) return slip(wanted, low, high);
     if (relaxing.only_at_rest && advancing)
       return relaxing.restores ? refresh(wanted, low, high, relaxing)
@@ -56,9 +76,9 @@ struct Element {
   /// of it after some stretches of slip, so that a hold after long sliding relaxes from the sliding force and
   /// slow sliding keeps it. Along the line of equal force towards its state of least energy: this only
   /// dissipates. Wait-free.
-  [[gnu::always_inline]] double drag(double wanted, double low, double high, const Relaxing& relaxing,
-                                     bool advancing) noexcept {
-    const double force = load(wanted, low, high, relaxing, advancing);
+  [[gnu::always_inline]] Real drag(Real wanted, Real low, Real high, const BasicRelaxing<Real>& relaxing,
+                                   bool advancing) noexcept {
+    const Real force = load(wanted, low, high, relaxing, advancing);
     // with locked dashpots only where the tip cuts fresh tissue: what recordings of a withdrawal show
     const bool renews = relaxing.relaxes && (relaxing.only_at_rest ? advancing && !relaxing.restores : true);
     if (renews && stiffening == 0.0) renew(force, relaxing);
@@ -67,7 +87,7 @@ struct Element {
 
   /// Continues under another relaxation: relaxed shares are kept, a new term starts with nothing relaxed, and
   /// without relaxation the force stays the same. Wait-free.
-  void continue_with(const Relaxing& before, const Relaxing& now) noexcept {
+  void continue_with(const BasicRelaxing<Real>& before, const BasicRelaxing<Real>& now) noexcept {
     if (before.relaxes && !now.relaxes) elastic = before.lasting * elastic + memory[0] + memory[1];
     for (int j = 0; j < 2; ++j)
       memory[j] =
@@ -76,24 +96,24 @@ struct Element {
 
   /// Slips at once if the limits fell below its last force, as they do at a reversal of the velocity: a load
   /// counts from there, for any step. Wait-free.
-  void yield(double force, double low, double high, const Relaxing& relaxing) noexcept {
-    const double excess = force - std::clamp(force, low, high);
+  void yield(Real force, Real low, Real high, const BasicRelaxing<Real>& relaxing) noexcept {
+    const Real excess = force - clamp(force, low, high);
     elastic -= excess;
     for (int j = 0; j < 2; ++j) memory[j] -= relaxing.share[j] * excess;
   }
 
  private:
   /// The same without time to relax.
-  static Relaxing locked(Relaxing relaxing) noexcept {
+  static BasicRelaxing<Real> locked(BasicRelaxing<Real> relaxing) noexcept {
     for (int j = 0; j < 2; ++j) relaxing.left[j] = relaxing.during[j] = 1.0;
     return relaxing;
   }
-  static double within(double low, double force, double high) noexcept {
-    return std::min(std::max(low, force), high);  // without a branch, which std::clamp is
+  static Real within(Real low, Real force, Real high) noexcept {
+    return min(max(low, force), high);  // without a branch, which std::clamp is
   }
 
-  [[gnu::always_inline]] double slip(double wanted, double low, double high) noexcept {
-    const double free = elastic + wanted;
+  [[gnu::always_inline]] Real slip(Real wanted, Real low, Real high) noexcept {
+    const Real free = elastic + wanted;
     elastic = within(low, free, high);
     slipped = free - elastic;
     stiffening = elastic > low && elastic < high ? 1.0 : 0.0;
@@ -101,35 +121,36 @@ struct Element {
   }
 
   /// `slipped` over |force| counts the stretches of the tissue.
-  [[gnu::noinline]] void renew(double force, const Relaxing& relaxing) noexcept {
-    const double old = force != 0.0 ? std::exp(-std::abs(slipped / force)) : 0.0;
+  [[gnu::noinline]] void renew(Real force, const BasicRelaxing<Real>& relaxing) noexcept {
+    const Real old = force != 0.0 ? exp(-abs(slipped / force)) : 0.0;
     elastic = force + old * (elastic - force);
     for (int j = 0; j < 2; ++j) {
-      const double held = relaxing.share[j] * force;
+      const Real held = relaxing.share[j] * force;
       memory[j] = held + old * (memory[j] - held);
     }
   }
 
-  void take_hold(double force, const Relaxing& relaxing) noexcept {
+  void take_hold(Real force, const BasicRelaxing<Real>& relaxing) noexcept {
     elastic = force;
     for (int j = 0; j < 2; ++j) memory[j] = relaxing.share[j] * force;
   }
 
-  [[gnu::noinline]] double refresh(double wanted, double low, double high,
-                                   const Relaxing& relaxing) noexcept {
-    const double force = slip(wanted, low, high);
+  [[gnu::noinline]] Real refresh(Real wanted, Real low, Real high,
+                                 const BasicRelaxing<Real>& relaxing) noexcept {
+    const Real force = slip(wanted, low, high);
     take_hold(force, relaxing);
     return force;
   }
 
-  [[gnu::noinline]] double relax(double wanted, double low, double high, const Relaxing& relaxing) noexcept {
-    double standing = relaxing.lasting * elastic, per_load = relaxing.lasting;
+  [[gnu::noinline]] Real relax(Real wanted, Real low, Real high,
+                               const BasicRelaxing<Real>& relaxing) noexcept {
+    Real standing = relaxing.lasting * elastic, per_load = relaxing.lasting;
     for (int j = 0; j < 2; ++j) {
       standing += memory[j] * relaxing.left[j];
       per_load += relaxing.share[j] * relaxing.during[j];
     }
-    const double free = standing + per_load * wanted;
-    const double force = within(low, free, high);
+    const Real free = standing + per_load * wanted;
+    const Real force = within(low, free, high);
     slipped = (free - force) / per_load;
     if (force != free) wanted = (force - standing) / per_load;
     elastic += wanted;
@@ -139,5 +160,6 @@ struct Element {
     return force;
   }
 };
+using Element = BasicElement<double>;
 
 }  // namespace needleforce

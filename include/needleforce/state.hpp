@@ -11,36 +11,49 @@
 
 namespace needleforce {
 
-/// What a layer remembers between two steps.
-struct LayerState {
-  Element contact{};
-  Shaft shaft{};
-  MemoryOf<Friction> friction{};
-  Relaxing relaxing{};
-  double indentation = 0.0;     ///< of the last step in contact [m]
-  double contact_force = 0.0;   ///< [N]
-  double contact_slope = 0.0;   ///< [N/m]
-  double work = 0.0;            ///< of indentation, where it relaxes [J]
-  double puncture_depth = 0.0;  ///< where the layer was punctured [m]
-  ReturnableSlip returnable{};  ///< of the shaft
-  bool pierced = false;
+/// How a contact that relaxes rises along the motion: only derivatives ask.
+template <class Real>
+struct Rise {
+  double by_depth = 0.0;  ///< [N/m]
 };
+template <>
+struct Rise<double> {};
+
+/// What a layer remembers between two steps.
+template <class Real>
+struct BasicLayerState {
+  BasicElement<Real> contact{};
+  BasicShaft<Real> shaft{};
+  MemoryOf<BasicFriction<Real>> friction{};
+  BasicRelaxing<Real> relaxing{};
+  Real indentation = 0.0;                  ///< of the last step in contact [m]
+  Real contact_force = 0.0;                ///< [N]
+  Real contact_slope = 0.0;                ///< [N/m]
+  Real work = 0.0;                         ///< of indentation, where it relaxes [J]
+  Real puncture_depth = 0.0;               ///< where the layer was punctured [m]
+  BasicReturnableSlip<Real> returnable{};  ///< of the shaft
+  bool pierced = false;
+  [[no_unique_address]] Rise<Real> rise{};
+};
+using LayerState = BasicLayerState<double>;
 
 /// What an insertion remembers between two steps.
-struct InsertionState {
-  Sample last{};
+template <class Real>
+struct BasicInsertionState {
+  BasicSample<Real> last{};
   double depth = 0.0;   ///< of the last accepted step [m]
   double waited = 0.0;  ///< time since the last accepted step [s]
   double deepest = -farthest;
   double relaxation_dt = 0.0;  ///< the step [s] for which the layers keep the exponentials of relaxation
-  Cut cut{};
-  MemoriesOf<Cutting> cutting{};
-  ReturnableSlip returnable{};  ///< of the crack
+  BasicCut<Real> cut{};
+  MemoriesOf<BasicCutting<Real>> cutting{};
+  BasicReturnableSlip<Real> returnable{};  ///< of the crack
   std::size_t pierced = 0;
   Phase phase = Phase::free;  ///< of the last accepted step
   bool started = false;
-  std::array<LayerState, max_layers> layers{};
+  std::array<BasicLayerState<Real>, max_layers> layers{};
 };
+using InsertionState = BasicInsertionState<double>;
 
 /// Looks at what a layer remembers whose contact holds `most` [N] at most. Wait-free.
 inline void check(StateCheck& check, const LayerState& layer, double most) noexcept {

@@ -4,6 +4,7 @@
 
 #include <variant>
 
+#include "dispatch.hpp"
 #include "parameter.hpp"
 #include "tips/blunted_cone.hpp"
 #include "tips/cone.hpp"
@@ -34,13 +35,11 @@ tips::Flaw flaw_of(const T& value) noexcept {
 
 /// True if every parameter of a tip is in its range and none contradicts another.
 inline bool valid(const Tip& tip) noexcept {
-  return std::visit(
-      [](const auto& shape) {
-        if constexpr (requires { shape.table; })
-          if (first_invalid(shape)) return false;
-        return flaw_of(shape).limit == nullptr;
-      },
-      tip);
+  return dispatch(tip, [](const auto& shape) {
+    if constexpr (requires { shape.table; })
+      if (first_invalid(shape)) return false;
+    return flaw_of(shape).limit == nullptr;
+  });
 }
 
 }  // namespace needleforce

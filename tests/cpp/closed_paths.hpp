@@ -63,20 +63,33 @@ inline Model drawn_model(Generator& generator) {
   }
 }
 
+/// Gives the last layer the tip of the first that has one: a needle has one.
+inline void share_tip(std::vector<Layer>& layers) {
+  auto* last = std::get_if<laws::TipContact>(&layers.back().laws.stiffness);
+  const auto* first = detail::first_tip(layers);
+  if (last) last->tip = first->tip, last->radius = first->radius;
+}
+
+/// The depth [m] at which a layer punctures.
+inline double puncture_of(const Layer& layer) {
+  return layer.top + puncture_depth(layer.laws.puncture, prepare(layer.laws.stiffness));
+}
+
 /// One to three layers that the engine accepts.
 inline std::vector<Layer> drawn_stack(Generator& generator) {
   std::vector<Layer> layers{{0.0, drawn_model(generator)}};
   const std::size_t count = generator() % 2 ? 1 : 2 + generator() % 2;
-  double above = PreparedLayer(layers.back()).puncture;  // a tip takes time to tabulate: once a layer
+  double above = puncture_of(layers.back());  // a tip takes time to tabulate: once a layer
   for (int attempt = 0; attempt < 200 && layers.size() < count; ++attempt) {
     const double top = above + std::pow(10.0, uniform(generator, -5.0, -2.0));
     layers.push_back({top, drawn_model(generator)});
+    share_tip(layers);
     if (generator() % 2) layers.back().laws.puncture = laws::PunctureDepth{0.0};  // no interface
     if (generator() % 4 == 0) layers.back().laws.friction = layers.front().laws.friction;
     if (first_fault(layers).reason)
       layers.pop_back();
     else if (layers.size() < count)
-      above = PreparedLayer(layers.back()).puncture;
+      above = puncture_of(layers.back());
   }
   return layers;
 }
@@ -99,7 +112,7 @@ struct Work {
 inline std::vector<double> events_of(std::span<const Layer> layers) {
   std::vector<double> events;
   for (const Layer& layer : layers) {
-    const double puncture = PreparedLayer(layer).puncture;
+    const double puncture = puncture_of(layer);
     for (const double depth : {layer.top, puncture})
       if (depth < 0.3) events.push_back(depth);
   }

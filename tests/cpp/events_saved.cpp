@@ -11,28 +11,17 @@
 
 #include "../../bindings/c/needleforce_events.h"
 #include "needleforce/events/event_detector.hpp"
+#include "timed_readings.hpp"
 
 namespace {
 
 using namespace needleforce::events;
 
-struct TimedReading {
-  double force, depth, dt;
-};
-
-/// In, through two layers, a hold, out again; a reading that is none, and a gap.
+/// In, through two layers, a hold, out again.
 std::vector<TimedReading> stream() {
-  std::vector<TimedReading> readings;
-  double depth = 0.0, noise = 0.0;
-  for (int i = 0; i < 2400; ++i) {
-    depth += i < 1200 ? 1e-5 : i < 1500 ? 0.0 : -1.3e-5;
-    noise = std::fmod(noise * 16807.0 + 12345.0, 2147483647.0);
-    const double past = i < 1500 ? std::fmod(std::max(depth - 2e-3, 0.0), 4e-3) : -1e-3 * (depth > 2e-3);
-    readings.push_back({400.0 * past + 4e-3 * (noise / 2147483647.0 - 0.5), depth, 2.5e-3});
-  }
-  readings[700].force = NAN;
-  readings[900].dt = 0.4;
-  return readings;
+  return timed_readings(1500, 1.3e-5, [](int i, double depth) {
+    return 400.0 * (i < 1500 ? std::fmod(std::max(depth - 2e-3, 0.0), 4e-3) : -1e-3 * (depth > 2e-3));
+  });
 }
 
 struct C {

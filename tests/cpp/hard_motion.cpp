@@ -135,6 +135,7 @@ TEST(HardMotion, EightLayersOfTenMicrometres) {
     std::vector<Layer> layers;
     for (int i = 0; i < 8; ++i) {
       layers.push_back({1e-5 * i, closed_paths::drawn_model(generator)});
+      closed_paths::share_tip(layers);
       layers.back().laws.puncture = laws::PunctureDepth{closed_paths::uniform(generator, 0.0, 9e-6)};
       if (first_fault(layers).reason) layers.pop_back();
     }

@@ -89,13 +89,13 @@ TEST(TipContact, HasTheStatedAccuracyForEveryTip) {
         [&](const auto& tip) {
           const double limit = saturation_radius(tip, law.radius);
           for (double x = 1e-3; x < 1.5; x *= 1.02) {
-            const double h = x * table.edge[table.count] * table.edge[table.count];
+            const double h = x * std::pow(table.table.last_root(), 2);
             const Reach exact = reach_at_depth(tip, h, limit);
             EXPECT_NEAR(table.force(h), law.reduced_modulus * exact.force,
-                        laws::TipContact::accuracy * table.last_force);
+                        laws::TipContact::accuracy * law.reduced_modulus * table.table.last_force());
             // dF/dh = 2 E_r a, whatever the tip
             EXPECT_NEAR(table.slope(h), 2.0 * law.reduced_modulus * exact.contact_radius,
-                        1e-6 * table.last_slope);
+                        1e-6 * law.reduced_modulus * table.table.last_slope());
           }
         },
         law.tip);
@@ -113,7 +113,7 @@ TEST(TipContact, HasLowerAccuracyForAProfileWithManyKnots) {
   const auto table = law.prepare();
   for (double h = 1e-5; h < 5e-3; h *= 1.05) {
     const double exact = 1e5 * reach_at_depth(profile, h, 0.35e-3).force;
-    EXPECT_NEAR(table.force(h), exact, 2e-6 * table.last_force) << h;
+    EXPECT_NEAR(table.force(h), exact, 2e-6 * 1e5 * table.table.last_force()) << h;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "every_model.hpp"
+#include "needleforce/batch/insertion_batch.hpp"
 
 namespace {
 
@@ -40,6 +41,20 @@ TEST(FirstFault, RefusesTopsOutOfOrder) {
   expect_fault({at(0.0), at(5e-3), at(5e-3)}, 2, "top");
   expect_fault({at(0.0), at(nan)}, 1, "top");
   expect_fault({at(0.0), at(1.5)}, 1, "top");
+}
+
+TEST(FirstFault, RefusesASecondTipOrRadius) {
+  std::vector<Layer> layers{at(0.0), at(5e-3), at(9e-3)};
+  laws::TipContact tip{1e5, 0.35e-3, tips::Sphere{0.35e-3}};
+  layers[0].laws.stiffness = tip;
+  tip.reduced_modulus = 2e4;
+  layers[2].laws.stiffness = tip;
+  EXPECT_EQ(first_fault(layers).reason, nullptr);
+  tip.radius = 0.3e-3;
+  layers[2].laws.stiffness = tip;
+  expect_fault(layers, 2, "tip");
+  layers[2].laws.stiffness = laws::TipContact{1e5, 0.35e-3, tips::Paraboloid{0.35e-3}};
+  expect_fault(layers, 2, "tip");
 }
 
 TEST(FirstFault, RefusesPunctureBelowTheNextTopUnlessLayersAddUp) {
@@ -98,6 +113,24 @@ TEST(FirstFault, RefusesParametersOutOfRangeOrContradictory) {
   layers[1] = at(5e-3);
   layers[1].laws.cutting = laws::StickSlip{0.04, 0.10, 1.5e-3, 25.0, 200.0};
   expect_fault(layers, 1, "stick_slip");
+}
+
+TEST(FirstFault, AnInvalidMemberOfABatchIsRefusedAndTheOthersContinue) {
+  InsertionBatch batch({{at(0.0)}, {at(-1.0)}, {at(0.0)}});
+  Insertion alone(std::vector{at(0.0)});
+  std::array<double, 3 * batch_rows> rows;
+  const double dt = 1e-3;
+  for (int i = 1; i <= 40; ++i) {
+    const std::array<double, 3> depth{1e-4 * i, 1e-4 * i, 1e-4 * i};
+    batch.step({depth.data(), nullptr, &dt, true}, {rows.data(), 3});
+    const double force = alone.step(depth[0], no_velocity, dt).force;
+    const double* forces = BatchSamples{rows.data(), 3}.row(BatchRow::force);
+    const double* statuses = BatchSamples{rows.data(), 3}.row(BatchRow::status);
+    EXPECT_EQ(forces[0], force);
+    EXPECT_EQ(forces[1], 0.0);
+    EXPECT_EQ(forces[2], force);
+    EXPECT_EQ(statuses[1], static_cast<double>(Status::invalid_parameter));
+  }
 }
 
 }  // namespace

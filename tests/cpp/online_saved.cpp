@@ -11,6 +11,7 @@
 
 #include "../../bindings/c/needleforce_online.h"
 #include "needleforce/online/online_identifier.hpp"
+#include "timed_readings.hpp"
 
 namespace {
 
@@ -18,25 +19,12 @@ using namespace needleforce;
 using online::OnlineIdentifier;
 using online::OnlinePrior;
 
-struct LearnerReading {
-  double force, depth, dt;
-};
-
-/// By formula through two layers and out, with noise, a reading that is none and a gap.
-std::vector<LearnerReading> learner_stream() {
-  std::vector<LearnerReading> samples;
-  double depth = 0.0, noise = 0.0;
-  for (int i = 0; i < 2400; ++i) {
-    depth += i < 1200 ? 1e-5 : i < 1400 ? 0.0 : -1.2e-5;
-    noise = std::fmod(noise * 16807.0 + 12345.0, 2147483647.0);
+/// Through two layers and out.
+std::vector<TimedReading> learner_stream() {
+  return timed_readings(1400, 1.2e-5, [](int i, double depth) {
     const double past = std::max(depth - 2e-3, 0.0);
-    const double inwards = past < 4e-3 ? 8e4 * past * past : 0.3 + 60.0 * past;
-    samples.push_back(
-        {(i < 1400 ? inwards : -30.0 * past) + 4e-3 * (noise / 2147483647.0 - 0.5), depth, 2.5e-3});
-  }
-  samples[700].force = NAN;
-  samples[900].dt = 0.4;
-  return samples;
+    return i >= 1400 ? -30.0 * past : past < 4e-3 ? 8e4 * past * past : 0.3 + 60.0 * past;
+  });
 }
 
 OnlinePrior prior() {
@@ -148,16 +136,17 @@ TEST(OnlineInC, SnapshotIsTakenBackAndOneOfAnotherPriorIsNot) {
 }
 
 TEST(OnlineSaved, PlantedBytesAreRefusedOrGiveFiniteNumbers) {
-  constexpr double infinite = std::numeric_limits<double>::infinity();
+  constexpr double infinite = std::numeric_limits<double>::infinity(), below_zero = -1e-105;
   const auto samples = learner_stream();
   OnlineIdentifier learner(prior());
   for (std::size_t i = 0; i < 800; ++i) learner.step(samples[i].force, samples[i].depth, samples[i].dt);
   const auto saved = std::make_unique<OnlineIdentifier::Saved>(learner.save());
   const auto made = std::make_unique<OnlineIdentifier>(learner);
   std::size_t refused = 0;
-  for (std::size_t i = 0; i < saved->words.size(); i += 7)
+  for (std::size_t i = 0; i < saved->words.size(); ++i)
     for (const double number :
-         {infinite - infinite, 1e300, -1e9, std::bit_cast<double>(0x0202020202020202ull)}) {
+         {infinite - infinite, 1e300, -1e9, below_zero, std::bit_cast<double>(0x0202020202020202ull)}) {
+      if (i % 7 != 0 && number != below_zero) continue;
       const auto word = std::bit_cast<std::uint64_t>(number);
       const std::uint64_t before = std::exchange(saved->words[i], word);
       saved->checksum = saved->sum();
@@ -168,6 +157,8 @@ TEST(OnlineSaved, PlantedBytesAreRefusedOrGiveFiniteNumbers) {
       const auto last = made->ahead(1e-3).at.back();
       ASSERT_TRUE(std::isfinite(last.low + last.force + last.high)) << i << " " << number;
       ASSERT_TRUE(std::isfinite(made->layer(0).modulus.sd)) << i;
+      ASSERT_GE(made->layer(0).modulus.sd, 0.0) << i << " " << number;
+      ASSERT_GE(made->surface().sd, 0.0) << i << " " << number;
     }
   EXPECT_GT(refused, saved->words.size() / 7);
 }

@@ -11,6 +11,7 @@
 #include "../../bindings/c/needleforce_guard.h"
 #include "../proof/c_layers.hpp"
 #include "every_model.hpp"
+#include "needleforce/batch/insertion_batch.hpp"
 #include "needleforce/flight_recorder.hpp"
 
 namespace {
@@ -66,6 +67,27 @@ class CInsertion {
   nf_insertion* insertion_;
 };
 
+/// A member of a batch, between others.
+class Member {
+ public:
+  explicit Member(std::span<const Layer> layers) : batch_(layers, members) {}
+  Sample step(double depth, double velocity, double dt) noexcept {
+    depths_.fill(depth), velocities_.fill(velocity);
+    batch_.step({depths_.data(), velocities_.data(), &dt, true}, {rows_.data(), members});
+    const auto number = [&](BatchRow row) { return rows_[static_cast<std::size_t>(row) * members + 2]; };
+    return {.force = number(BatchRow::force),
+            .force_by_depth = number(BatchRow::force_by_depth),
+            .force_by_velocity = number(BatchRow::force_by_velocity),
+            .status = static_cast<Status>(number(BatchRow::status))};
+  }
+
+ private:
+  static constexpr std::size_t members = 5;
+  InsertionBatch batch_;
+  std::array<double, members> depths_{}, velocities_{};
+  std::array<double, members * batch_rows> rows_{};
+};
+
 /// Steps with the allocator armed.
 template <class Engine>
 Seen run(Engine insertion, RandomInput input, int n) {
@@ -113,6 +135,11 @@ TEST(RealTime, FourLayersWithMemoryAllocateNothingAndStayFinite) {
 TEST(RealTime, CInterfaceAllocatesNothingAndStaysFinite) {
   const std::vector<Layer> stack = full_stack();
   expect_sound(run(CInsertion(stack), RandomInput(1e-4), 1000000), "C");
+}
+
+TEST(RealTime, MembersOfABatchAllocateNothingAndStayFinite) {
+  expect_sound(run(Member(paper::one(paper::model())), RandomInput(), 200000), "batch");
+  expect_sound(run(Member(full_stack()), RandomInput(1e-4), 50000), "batch of four layers");
 }
 
 TEST(RealTime, EveryLawInEightLayersAllocatesNothingForAnyLimits) {

@@ -42,6 +42,7 @@ ALLOWED = {
     "studies": MODELS | {"recording", "identification", "rig", "control", "fe", "running", "state_folder"},
     "references": set(),
     "export": MODELS,
+    "simulators": MODELS,
     "studio": MODELS
     | {"recording", "segmentation", "identification", "campaign", "export", "wire", "acquisition", "rig"}
     | {"steering", "fe"},
@@ -92,12 +93,12 @@ def test_heavy_libraries_are_loaded_when_used():
 
 # each C++ header with what it may see: what stands before it in its row; laws/ is one place but for its list,
 # tips/ is one
-SIMULATED = ["version", "fingerprint", "parameter", "sneddon", "tips", "tip", "needle", "tissue", "contact",
-             "foundation", "bevel", "sample", "state_check", "returnable_slip", "noisy_depth", "relaxation", "memory",
-             "rupture", "law", "laws", "laws/all", "dispatch", "model", "model_fingerprint", "state_bytes", "limits",
-             "state", "layer", "model_swap", "prepared_insertion", "insertion", "batch", "bending", "sliding", "solid",
-             "exchange", "live", "guard_settings", "energy_controller", "guard", "flight_recorder",
-             "base_guard"]  # fmt: skip
+SIMULATED = ["version", "fingerprint", "scalar", "dual", "parameter", "dispatch", "sneddon", "tips", "tip", "needle",
+             "tissue", "contact", "tip_table", "foundation", "bevel", "sample", "state_check", "returnable_slip",
+             "noisy_depth", "relaxation", "memory", "rupture", "law", "laws", "laws/all", "model",
+             "model_fingerprint", "state_bytes", "limits", "state", "layer", "model_swap", "prepared_insertion",
+             "gradient", "insertion", "batch", "bending", "sliding", "solid", "exchange", "live", "guard_settings",
+             "energy_controller", "guard", "flight_recorder", "base_guard"]  # fmt: skip
 # what looks for events depends on no engine
 WATCHED = ["version", "fingerprint", "state_bytes", "sample", "state_check", "parameter", "events"]
 LEARNT = [*SIMULATED, "events", "online"]
@@ -118,7 +119,8 @@ def place(path: Path, root: Path) -> str:
     above = CORE_HEADERS if path.is_relative_to(root / CORE_HEADERS) else FIT_HEADERS.parent
     name = path.relative_to(root / above).with_suffix("").as_posix()
     one_place = (
-        name.startswith(("laws/", "tips/", "batch/", "bending/", "solid/", "events/", "online/")) and name != "laws/all"
+        name.startswith(("laws/", "tips/", "batch/", "gradient/", "bending/", "solid/", "events/", "online/"))
+        and name != "laws/all"
     )
     return name.split("/")[0] if one_place else name
 

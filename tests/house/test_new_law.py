@@ -32,8 +32,8 @@ def add_header(root: Path) -> None:
 def add_list(root: Path) -> None:
     for name in LAWS:
         inserted(root / ALL, '#include "exponential.hpp"\n', f'#include "{name}.hpp"\n')
-    inserted(root / ALL, ">;\nusing Cutting", ", laws::ElasticGrip")
-    inserted(root / ALL, ">;\nusing Puncture", ", laws::LinearSpring")
+    inserted(root / ALL, ">;\ntemplate <class Real>\nusing BasicCutting", ", laws::BasicElasticGrip<Real>")
+    inserted(root / ALL, ">;\ntemplate <class Real>\nusing BasicPuncture", ", laws::BasicLinearSpring<Real>")
 
 
 def add_bibliography(root: Path) -> None:

@@ -10,9 +10,9 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 394,
-    "lines": 76_400,
-    "modules with one importer": 52,
+    "Python files": 396,
+    "lines": 76_700,
+    "modules with one importer": 54,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 11,
     "files that run in `nf.read(file)`": 26,

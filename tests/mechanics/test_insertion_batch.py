@@ -60,6 +60,11 @@ def test_each_member_may_have_a_model_of_its_own():
     as_single(nf.InsertionBatch(mixed), singles(mixed, 3), motions(900, 3, 5), None, 2e-3)
 
 
+def test_a_dimple_that_stays_with_long_presliding():
+    model = nf.preset("paper").replace(friction=nf.laws.Coulomb(per_length=25.0, presliding=2e-3, dimple_ratio=0.7))
+    as_single(nf.InsertionBatch(model, 7), singles(model, 7), motions(1200, 7, 12), None, 1e-3)
+
+
 @pytest.mark.parametrize("name", ["paper", "layered"])
 def test_whole_motions_and_threads_give_the_same(name):
     model, n = nf.preset(name), 3000
@@ -86,6 +91,38 @@ def test_some_members_start_again_or_return(name):
     as_single(batch, engines, depths[500:700], None, 1e-3)
     batch.restore(saved)
     as_single(batch, kept, depths[500:700], None, 1e-3)
+
+
+@pytest.mark.parametrize("others", ["paper_116", "lugre", "layered"])
+@pytest.mark.parametrize("own", [False, True])
+def test_a_member_gets_another_model_and_the_others_continue(others, own):
+    model, n, depths = nf.preset("paper"), 9, motions(900, 9, 8)
+    batch, engines = nf.InsertionBatch([model] * n if own else model, None if own else n), singles(model, n)
+    as_single(batch, engines, depths[:500], None, 1e-3)
+    before = batch.snapshot()
+    for i in (2, 7):
+        batch.replace(i, nf.preset(others))
+        engines[i] = nf.Insertion(nf.preset(others))
+    as_single(batch, engines, depths[500:700], None, 1e-3)
+    saved, kept = batch.snapshot(), [engine.snapshot() for engine in engines]
+    assert saved.models == batch.models and batch.models[7].name == nf.preset(others).name
+    as_single(batch, engines, depths[700:], None, 1e-3)
+    batch.restore(saved)
+    as_single(batch, kept, depths[700:], None, 1e-3)
+    with pytest.raises(nf.InputError, match="not of this batch"):
+        batch.restore(before)
+
+
+def test_a_model_that_is_refused_changes_no_member():
+    model, n, depths = nf.preset("paper"), 5, motions(600, 5, 9)
+    batch, engines = nf.InsertionBatch(model, n), singles(model, n)
+    as_single(batch, engines, depths[:300], None, 1e-3)
+    broken = nf.preset("layered")
+    object.__setattr__(broken, "deeper", (broken.deeper[0].replace(top=-1.0),))
+    for member, given, words in ((1, broken, "layer 2"), (5, model, "not between 0 and 4"), (0, "paper", "model")):
+        with pytest.raises(nf.InputError, match=words):
+            batch.replace(member, given)
+    as_single(batch, engines, depths[300:], None, 1e-3)
 
 
 def test_none_a_million_and_what_is_refused():

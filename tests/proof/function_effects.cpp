@@ -12,6 +12,7 @@
 #include "needleforce/bending/tip_estimator.hpp"
 #include "needleforce/events/event_detector.hpp"
 #include "needleforce/flight_recorder.hpp"
+#include "needleforce/gradient/gradient_insertion.hpp"
 #include "needleforce/guard.hpp"
 #include "needleforce/live.hpp"
 #include "needleforce/online/online_identifier.hpp"
@@ -25,6 +26,10 @@ using needleforce::Sample;
 [[maybe_unused]] Sample step(Insertion& insertion, double depth, double velocity, double dt) noexcept
     [[clang::nonblocking]] {
   return insertion.step(depth, velocity, dt);
+}
+[[maybe_unused]] auto step(needleforce::GradientInsertion<4>& insertion, double depth) noexcept
+    [[clang::nonblocking]] {
+  return insertion.step(depth, needleforce::no_velocity, 1e-3);
 }
 [[maybe_unused]] void reset(Insertion& insertion) noexcept [[clang::nonblocking]] { insertion.reset(); }
 [[maybe_unused]] Insertion snapshot(const Insertion& insertion) noexcept [[clang::nonblocking]] {

@@ -13,7 +13,7 @@ plant() {
   local n=0
   sed 's/../\\x&/g' "$1" | while read -r seed; do printf %b "$seed" > "$2/$((n += 1))"; done
 }
-# the last five of the seeds once broke a property, the six before them take NaN
+# the last seven of the seeds once broke a property, the six before them take NaN
 seeds=$folder/seeds
 plant tests/proof/seeds.txt $seeds
 plant tests/proof/seeds_bend.txt ${seeds}_bend

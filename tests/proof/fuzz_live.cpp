@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A fuzzer on models that are replaced while the loop runs: two stacks of any laws and numbers take turns.
 // Nothing that is not finite comes out, an invalid stack is refused and reported, free space has no force,
-// and a guard around it keeps its clamp.
+// and a guard around it keeps its largest_force.
 #include "motion.hpp"
 #include "needleforce/live.hpp"
 #include "trial.hpp"
@@ -11,12 +11,13 @@ namespace {
 using namespace needleforce;
 using proof::require;
 
-constexpr double clamp = 3.0;
+constexpr double largest_force = 3.0;
 
 void check(const Output& output) {
   for (const double number : proof::numbers_of(output.sample))
     require(std::isfinite(number), "every number is finite while models are replaced");
-  require(std::abs(output.force) <= clamp, "no force above the clamp while models are replaced");
+  require(std::abs(output.force) <= largest_force,
+          "no force above the largest_force while models are replaced");
 }
 
 }  // namespace
@@ -26,7 +27,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const double blend = bytes.number(0.0, 0.05);
   const std::vector<Layer> stacks[] = {from_bytes::layers(bytes), from_bytes::layers(bytes)};
   LiveInsertion live(stacks[0], blend);
-  Guard<LiveInsertion&> guard(live, {.max_force = clamp});
+  Guard<LiveInsertion&> guard(live, {.max_force = largest_force});
   std::size_t turn = 0;
   std::uint32_t refused = 0;
   from_bytes::Motion motion;

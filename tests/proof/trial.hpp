@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One input of the fuzzer: the engine beside a second one of the same model, one that goes on from the last
-// snapshot, and the same model through the C face, each step compared to the bit.
+// snapshot, the same model through the C face, and as members of a batch, each step compared to the bit.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <vector>
 
+#include "batch_trial.hpp"
 #include "bounds.hpp"
 #include "c_layers.hpp"
 #include "motion.hpp"
@@ -114,6 +115,7 @@ class Trial {
         kept_(insertion_.snapshot()),
         shadow_(kept_),
         c_(layers, limits, bevel),
+        batch_(layers, limits, bevel),
         hand_(insertion_, guard) {
     require(c_.made() == valid_, "C takes the models that C++ takes");
   }
@@ -122,12 +124,13 @@ class Trial {
     hand_.miss(1e-5 * cycle.where);
     if (!valid_) return;
     if (cycle.ask == from_bytes::Ask::reset) {
-      insertion_.reset(), twin_.reset(), shadow_ = insertion_.snapshot(), c_.reset(), hand_.reset();
+      insertion_.reset(), twin_.reset(), shadow_ = insertion_.snapshot(), c_.reset(), hand_.reset(),
+                                         batch_.reset();
     } else if (cycle.ask == from_bytes::Ask::keep) {
-      kept_ = insertion_.snapshot(), shadow_ = kept_, c_.keep();
+      kept_ = insertion_.snapshot(), shadow_ = kept_, c_.keep(), batch_.keep();
       require(twin_.restore(insertion_.save()), "a twin takes the memory");
     } else {
-      c_.restore(), c_.restore_altered(cycle.where, cycle.change);
+      c_.restore(), c_.restore_altered(cycle.where, cycle.change), batch_.restore();
       insertion_ = kept_, twin_ = kept_, shadow_ = kept_;
     }
   }
@@ -137,6 +140,7 @@ class Trial {
     require(same(sample, twin_.step(depth, velocity, dt)), "the same input gives the same bits");
     require(same(sample, shadow_.step(depth, velocity, dt)), "a snapshot continues as the engine does");
     if (valid_) require(same(sample, c_.step(depth, velocity, dt)), "C gives the bits of C++");
+    batch_.step(depth, velocity, dt, numbers_of(sample));
     check(sample);
     hand_.step(depth, velocity, dt);
     const bool bad = !std::isfinite(depth) || !std::isfinite(velocity) || !std::isfinite(dt) || !(dt > 0.0) ||
@@ -163,6 +167,7 @@ class Trial {
   bounds::Parts most_;
   Insertion insertion_, twin_, kept_, shadow_;
   CFace c_;
+  BatchTrial batch_;
   Hand hand_;
 };
 

@@ -135,7 +135,8 @@ def results() -> list[Result]:
     run = steering.SteeredRun(**STEPS, tip=np.ones((5, 3)), shapes=(np.eye(3),), layers=(5e-3,), lost=LINE > 1.0)
     kinds = steering.SteeringFit, steering.ShapeFit, steering.WrenchFit
     tissue = [stress(), bending(), needles, needles.tests[0], indentation(), unloading(), *solids()]
-    return [rows, many(), *map(steered, kinds), planned(), run, *tissue, *studied(), *watched()]
+    found = nf.preset("paper").force_gradient(np.linspace(-1e-3, 8e-3, 50), np.arange(50.0))
+    return [found, rows, many(), *map(steered, kinds), planned(), run, *tissue, *studied(), *watched()]
 
 
 RESULTS = {type(result).__name__: result for result in results()}

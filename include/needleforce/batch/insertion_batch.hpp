@@ -72,6 +72,26 @@ class InsertionBatch {
     return models_ == other.models_ && size_ == other.size_;
   }
 
+  /// Gives a member another model and returns it to before the first contact; the others continue. False and
+  /// unchanged if there is no such member or the model is invalid. Allocates; not while another thread steps.
+  bool replace(std::size_t i, std::span<const Layer> layers) {
+    if (i >= size_ || first_fault(layers).reason) return false;
+    if (same_) separate();
+    const Stacks stack(1, std::vector<Layer>(layers.begin(), layers.end()));
+    if (plain_ && !are_plain(stack, limits_, bevel_)) leave_columns();
+    models_ -= at_its_place(i);
+    prints_[i] = fingerprint(layers);
+    models_ += at_its_place(i);
+    if (plain_) {
+      layers_[i] = layers[0];
+      laws_.put(i, layers[0]);
+    } else {
+      prepared_[i] = PreparedInsertion(layers, limits_, bevel_);
+    }
+    reset(i);
+    return true;
+  }
+
  private:
   InsertionBatch(Stacks stacks, std::size_t n, bool same, const Limits& limits, const Bevel& bevel)
       : size_(same ? n : stacks.size()),
@@ -82,9 +102,8 @@ class InsertionBatch {
         plain_(are_plain(stacks, limits, bevel)),
         columns_(plain_ ? size_ : 0),
         laws_(plain_ ? stacks.size() : 0) {
-    Fingerprint print;
-    for (const auto& stack : stacks) print.add(fingerprint(stack));
-    models_ = print.value();
+    for (const auto& stack : stacks) prints_.push_back(fingerprint(stack));
+    add_up();
     if (!plain_) {
       states_.resize(size_);
       for (const auto& stack : stacks) prepared_.emplace_back(stack, limits, bevel);
@@ -95,6 +114,46 @@ class InsertionBatch {
       laws_.add(stack[0]);
     }
     if (same) prepared_.emplace_back(stacks[0], limits, bevel);
+  }
+
+  /// What a model adds to the number that distinguishes all of them.
+  std::uint64_t at_its_place(std::size_t i) const noexcept {
+    Fingerprint print;
+    print.add(prints_[i]);
+    print.add(static_cast<std::uint64_t>(i));
+    return print.value();
+  }
+  void add_up() noexcept {
+    models_ = 0;
+    for (std::size_t i = 0; i < prints_.size(); ++i) models_ += at_its_place(i);
+  }
+  /// Each member gets a copy of the model of all.
+  void separate() {
+    same_ = false;
+    if (plain_) {
+      const Layer all = layers_[0];
+      layers_.assign(size_, all);
+      laws_ = PlainLaws(size_);
+      for (const Layer& layer : layers_) laws_.add(layer);
+      prepared_.clear();
+    } else {
+      const PreparedInsertion all = prepared_[0];
+      prepared_.assign(size_, all);
+    }
+    const std::uint64_t of_all = prints_[0];
+    prints_.assign(size_, of_all);
+    add_up();
+  }
+  /// From columns to members that are stepped one after the other, for laws that do not stand in columns.
+  void leave_columns() {
+    for (std::size_t i = 0; i < size_; ++i) {
+      states_.push_back(state(i));
+      prepared_.emplace_back(std::span(&layers_[i], 1), limits_, bevel_);
+    }
+    plain_ = false;
+    columns_ = PlainColumns(0);
+    laws_ = PlainLaws(0);
+    layers_.clear();
   }
 
   static bool are_plain(const Stacks& stacks, const Limits& limits, const Bevel& bevel) {
@@ -159,7 +218,8 @@ class InsertionBatch {
   }
 
   std::size_t size_;
-  std::uint64_t models_ = 0;  // a number that distinguishes them
+  std::vector<std::uint64_t> prints_;  // a number that distinguishes each model
+  std::uint64_t models_ = 0;           // and one of them together
   bool same_;
   Limits limits_;
   Bevel bevel_;

@@ -45,8 +45,11 @@ struct PlainLaws {
     contact.reserve(n);
   }
   void add(const Layer& layer) {
-    const std::size_t i = contact.size();
-    contact.push_back(prepare(layer.laws.stiffness));
+    contact.emplace_back();
+    put(contact.size() - 1, layer);
+  }
+  void put(std::size_t i, const Layer& layer) {
+    contact[i] = prepare(layer.laws.stiffness);
     const auto friction = std::get<laws::Coulomb>(layer.laws.friction).prepare();
     const auto cutting = std::get<laws::ConstantCutting>(layer.laws.cutting).prepare();
     top[i] = layer.top;
@@ -86,6 +89,8 @@ struct PlainColumns {
     state.phase = free[i] > 0.0 ? Phase::free : Phase::insertion;
     state.cut = {entry[i], retreat_limit[i], front[i], 0.0};
     LayerState& layer = state.layers[0];
+    // where the last step put it: a shaft that begins at a puncture is as long as the tissue above allows
+    if (state.started) layer.shaft.surface = laws.surface[law];
     layer.pierced = pierced[i] > 0.0;
     layer.puncture_depth = layer.pierced ? laws.puncture[law] : 0.0;
     layer.friction.of<TractionMemory>() = {{traction[i]}, traction[i]};

@@ -12,6 +12,7 @@
 #include "detection.hpp"
 #include "event_settings.hpp"
 #include "fall_windows.hpp"
+#include "followed_fall.hpp"
 #include "needle_course.hpp"
 #include "place_trail.hpp"
 #include "running_noise.hpp"
@@ -123,7 +124,7 @@ class EventDetector {
     course_.add(time_, depth, dt);
     lost_ = std::max(0.0, lost_ - dt / (10.0 * settings_.within));
     feel(depth);
-    if (model_.known() && !falling_)
+    if (model_.known() && !fall_.follows())
       noise_.add(model_.innovation(force, felt_.depth, settings_.depth_noise), interval_);
     model_.add(force, felt_.depth, std::exp(-dt / settings_.within));
     windows_.add(force, felt_.time, felt_.depth, interval_);
@@ -146,7 +147,7 @@ class EventDetector {
     if (where_ == Where::unknown) return begin(force);
     if (where_ == Where::outside) return look_for_contact(force);
     if (windows_.available(0)) peak_ = std::max(peak_, windows_.calm_now(0) - zero_);
-    if (falling_)
+    if (fall_.follows())
       follow_fall(force);
     else if (course_.cuts(depth))
       look_for_puncture(force);
@@ -169,9 +170,10 @@ class EventDetector {
   void enter(Where where) noexcept {
     where_ = where;
     where_since_ = calm_ = time_;
-    quiet_ = calm_at_ = low_at_ = felt_;
+    quiet_ = calm_at_ = felt_;
     peak_ = lost_ = 0.0;
-    falling_ = pulled_ = false;
+    fall_.forget(felt_);
+    pulled_ = false;
   }
 
   void look_for_contact(double force) noexcept {
@@ -226,9 +228,6 @@ class EventDetector {
            course_.slowing() * std::max(last_force_ - zero_, 0.0);
   }
 
-  /// Whether a fall took more than one reading: its largest step is less than one of two and half of the
-  /// other.
-  bool spread(double fall) const noexcept { return fell_by_ < 0.75 * fall; }
   void look_for_puncture(double force) noexcept {
     const double least = needed(), unheeded = std::max(0.5 * least, 6.0 * noise());
     for (std::size_t k = 0; windows_.available(k); ++k) {
@@ -238,17 +237,10 @@ class EventDetector {
       if (k == 0) lose(fall - unheeded, top.level - zero_ - unheeded);
       if (!(fall >= least) || fall < significant(k)) continue;
       const double backed = normal((fall - 0.5 / part * least) / sd_of_fall(k));
-      fell_by_ = readings_.step();
-      fall_is_sure_ = sure(force);
-      const double most = std::min(certainty(top, fall, least, k), fall_is_sure_ ? 1.0 : 0.5);
+      const double most = std::min(certainty(top, fall, least, k), sure(force) ? 1.0 : 0.5);
       found(EventKind::puncture, {top.time, top.depth}, fall, most * backed);
-      falling_ = true;
-      least_certain_ = std::min(most, 0.9);
-      fall_length_ = k;
-      fell_at_ = time_;
-      fell_from_ = top.level;
-      fell_to_ = windows_.now(k);
-      return restart(fell_to_);
+      fall_.begin(k, time_, top.level, windows_.now(k), readings_.step(), most, sure(force));
+      return restart(windows_.now(k));
     }
   }
   /// A force that comes back from having been stuck, or that leaves for zero or below, may be the sensor's
@@ -261,28 +253,20 @@ class EventDetector {
     if (of > 0.0) lost_ = std::max(lost_, std::clamp(fall / of, 0.0, 1.0));
   }
   void restart(double level) noexcept {
-    low_ = level;
-    low_at_ = felt_;
+    fall_.lower(level, felt_);
     windows_.restart();
     model_.restart();
   }
 
-  /// Where the fall ends, the needle slides on. It lasts while `within` brings half of what was needed to
-  /// find it, over windows of the length that found it: one fall is one puncture, however long it takes.
+  /// Where the fall ends, the needle slides on.
   void follow_fall(double force) noexcept {
-    const double level = windows_.now(fall_length_), noisy = significant(fall_length_);
-    if (level < low_) restart(level);
-    lose(fell_from_ - low_, fell_from_ - zero_);
-    if (low_ <= fell_to_ - 0.5 * std::max(needed(), noisy)) {
-      fell_to_ = low_;
-      fell_at_ = time_;
-    }
-    if (time_ - fell_at_ < settings_.within && level < low_ + noisy) return;
-    falling_ = false;
-    const bool stays = fell_from_ - force > 0.5 * (fell_from_ - low_);
-    if (stays && course_.inwards() && !course_.resting())
-      found(EventKind::sliding, low_at_, fell_from_ - low_,
-            fall_is_sure_ && spread(fell_from_ - low_) ? 1.0 : least_certain_);
+    const double level = windows_.now(fall_.window()), noisy = significant(fall_.window());
+    if (level < fall_.low()) restart(level);
+    lose(fall_.size(), fall_.from() - zero_);
+    if (fall_.lasts(time_, level, noisy, std::max(needed(), noisy), settings_.within)) return;
+    fall_.end();
+    if (fall_.stays(force) && course_.inwards() && !course_.resting())
+      found(EventKind::sliding, fall_.low_at(), fall_.size(), fall_.certain());
   }
 
   /// Back at the depth of the contact, and no force for `within`.
@@ -324,7 +308,7 @@ class EventDetector {
   void forget_the_moment() noexcept {
     windows_.restart();
     course_.forget_speed();
-    falling_ = false;
+    fall_.end();
   }
   /// The most that a fall can be certain of. Less by one reading that may be a glitch, or by a step between
   /// two, which may be a new zero of the sensor; the zero is all that is left where readings follow fast and
@@ -336,8 +320,10 @@ class EventDetector {
       return 0.9 * std::min(1.0, settings_.within * fall / (least * gap_));
     }
     if (!windows_.fast()) return k == 0 ? 0.9 : 1.0;
-    if (spread(std::max(fall, top.level - readings_.last()))) return k == 0 ? 1.0 : 0.9;
-    const double grew = before_fall_.growth(settings_.depth_noise, noise()) * (top.depth - low_at_.depth);
+    if (FollowedFall::spread(readings_.step(), std::max(fall, top.level - readings_.last())))
+      return k == 0 ? 1.0 : 0.9;
+    const double grew =
+        before_fall_.growth(settings_.depth_noise, noise()) * (top.depth - fall_.low_at().depth);
     return grew < 0.5 * fall ? 0.5 : 0.9;
   }
 
@@ -375,17 +361,14 @@ class EventDetector {
     readings_.check(check, fresh.readings_);
     check.word("status", status_, StreamStatus::wrong_sign);
     check.word("where", where_, Where::inside);
-    for (const bool* flag : {&started_, &falling_, &was_stuck_, &zero_known_, &fall_is_sure_, &pulled_})
-      check.flag("flags", *flag);
-    check.require("falling", fall_length_ < FallWindows::lengths);
+    fall_.check(check);
+    for (const bool* flag : {&started_, &was_stuck_, &zero_known_, &pulled_}) check.flag("flags", *flag);
     check.number("parts", parts_, 0.0, largest_in_a_state);
-    check.number("certainty", least_certain_, 0.0, 0.9);
     check.number("zero", zero_count_, 0.0, largest_in_a_state);
     check.number("resistance", lost_, 0.0, 1.0);
     check.numbers("numbers", std::array{time_, since_, interval_, sum_, last_force_, last_depth_, zero_,
-                                        free_noise_, peak_, where_since_, contact_depth_, calm_, fell_at_,
-                                        fell_from_, fell_to_, low_, fell_by_});
-    check.numbers("places", std::array{felt_, quiet_, low_at_, calm_at_});
+                                        free_noise_, peak_, where_since_, contact_depth_, calm_});
+    check.numbers("places", std::array{felt_, quiet_, calm_at_});
   }
 
  private:
@@ -397,18 +380,16 @@ class EventDetector {
   FallWindows windows_;
   SensorReadings readings_;
   DetectionQueue queue_{};
-  std::size_t fall_length_ = 0;  // of the windows that found the fall
+  FollowedFall fall_{};
   StreamStatus status_ = StreamStatus::learning;
   Where where_ = Where::unknown;
-  bool started_ = false, falling_ = false, was_stuck_ = false, zero_known_ = false;
-  bool fall_is_sure_ = false, pulled_ = false;
+  bool started_ = false, was_stuck_ = false, zero_known_ = false, pulled_ = false;
   double time_ = 0.0, since_ = 0.0, interval_ = 0.0;
   double sum_ = 0.0, parts_ = 0.0, last_force_ = 0.0, last_depth_ = 0.0;
   double zero_ = 0.0, zero_count_ = 0.0, free_noise_ = 0.0, peak_ = 0.0, where_since_ = 0.0;
-  double contact_depth_ = 0.0, calm_ = 0.0, fell_at_ = 0.0, fell_from_ = 0.0, fell_to_ = 0.0, low_ = 0.0;
-  double lost_ = 0.0, fell_by_ = 0.0, least_certain_ = 0.0;
+  double contact_depth_ = 0.0, calm_ = 0.0, lost_ = 0.0;
   double gap_ = 0.0, before_gap_ = -longest;  // how long the last one was, and the reading before it
-  Place felt_{}, quiet_{}, low_at_{}, calm_at_{};
+  Place felt_{}, quiet_{}, calm_at_{};
 };
 
 }  // namespace needleforce::events

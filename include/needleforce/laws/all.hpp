@@ -31,16 +31,37 @@
 
 namespace needleforce {
 
-using Stiffness = std::variant<laws::Cone, laws::ConeCylinder, laws::PowerLaw, laws::Polynomial,
-                               laws::Exponential, laws::TipContact>;
-using Puncture = std::variant<laws::PunctureDepth, laws::PunctureForce, laws::PunctureEnergy>;
-using Friction =
-    std::variant<laws::Coulomb, laws::RelaxingSurface, laws::Karnopp, laws::LuGre, laws::DraggedTissuePassive,
-                 laws::DraggedTissueAsFitted, laws::CubicFoundation, laws::HyperbolicFoundation,
-                 laws::TanhFoundation, laws::YieldingTissue, laws::YieldingCoulomb>;
-using Cutting = std::variant<laws::ConstantCutting, laws::Fracture, laws::StickSlip, laws::StribeckCutting,
-                             laws::NoCutting>;
-using Relaxation = std::variant<laws::NoRelaxation, laws::Prony, laws::PronyAtRest, laws::PronyLocked>;
+template <class Real>
+using BasicStiffness =
+    std::variant<laws::BasicCone<Real>, laws::BasicConeCylinder<Real>, laws::BasicPowerLaw<Real>,
+                 laws::BasicPolynomial<Real>, laws::BasicExponential<Real>, laws::TipContactOf<Real>>;
+template <class Real>
+using BasicPuncture = std::variant<laws::BasicPunctureDepth<Real>, laws::BasicPunctureForce<Real>,
+                                   laws::BasicPunctureEnergy<Real>>;
+template <class Real>
+using BasicFriction =
+    std::variant<laws::BasicCoulomb<Real>, laws::BasicRelaxingSurface<Real>, laws::BasicKarnopp<Real>,
+                 laws::BasicLuGre<Real>, laws::BasicDraggedTissue<true, Real>,
+                 laws::BasicDraggedTissue<false, Real>,
+                 laws::BasicNonlinearFoundation<foundations::Cubic, Real>,
+                 laws::BasicNonlinearFoundation<foundations::Hyperbolic, Real>,
+                 laws::BasicNonlinearFoundation<foundations::Tanh, Real>, laws::BasicYieldingTissue<Real>,
+                 laws::BasicYieldingCoulomb<Real>>;
+template <class Real>
+using BasicCutting =
+    std::variant<laws::BasicConstantCutting<Real>, laws::BasicFracture<Real>, laws::BasicStickSlip<Real>,
+                 laws::BasicStribeckCutting<Real>, laws::BasicNoCutting<Real>>;
+template <class Real>
+using BasicRelaxation =
+    std::variant<laws::BasicNoRelaxation<Real>, laws::BasicPronySeries<laws::Dashpots::move, Real>,
+                 laws::BasicPronySeries<laws::Dashpots::restore, Real>,
+                 laws::BasicPronySeries<laws::Dashpots::lock, Real>>;
+
+using Stiffness = BasicStiffness<double>;
+using Puncture = BasicPuncture<double>;
+using Friction = BasicFriction<double>;
+using Cutting = BasicCutting<double>;
+using Relaxation = BasicRelaxation<double>;
 
 namespace detail {
 

@@ -10,27 +10,29 @@
 namespace needleforce::laws {
 
 /// Memory of the dragged tissue, the same in both forms of the law.
-struct DraggedTissueMemory {
-  Element element{};            ///< the tissue's spring [N]
-  double force = 0.0;           ///< [N]
-  double force_by_depth = 0.0;  ///< [N/m]
-  double peak = 0.0;            ///< force at puncture [N]
+template <class Real>
+struct BasicDraggedTissueMemory {
+  BasicElement<Real> element{};  ///< the tissue's spring [N]
+  Real force = 0.0;              ///< [N]
+  Real force_by_depth = 0.0;     ///< [N/m]
+  Real peak = 0.0;               ///< force at puncture [N]
 
   void check(StateCheck& check, const char* part, double most) const noexcept {
     check.numbers(part, element);
     check.numbers(part, std::array{force, force_by_depth});
     check.number(part, peak, 0.0, most);
   }
-  double held() const noexcept { return force; }
-  void take_over(const TakenOver& taken) noexcept {
-    element = Element{taken.held};
+  Real held() const noexcept { return force; }
+  void take_over(const BasicTakenOver<Real>& taken) noexcept {
+    element = BasicElement<Real>{taken.held};
     force = taken.held;
   }
   void release() noexcept {
-    element = Element{};
+    element = BasicElement<Real>{};
     force = force_by_depth = 0.0;
   }
 };
+using DraggedTissueMemory = BasicDraggedTissueMemory<double>;
 
 /// The law that real recordings support: after the puncture one spring k_t with a Coulomb limit connects the
 /// tissue to the shaft, and its surface follows:
@@ -41,13 +43,13 @@ struct DraggedTissueMemory {
 /// is released when its embedded length l is zero on withdrawal. `z_r` is the resting surface, a dimple that
 /// stays. Passive: the spring takes over no more energy than the contact held, which does not hold for a
 /// force taken over unchanged (as fitted to recordings).
-template <bool passive>
-struct DraggedTissue {
-  double per_length;
-  double stiffness;
-  double rupture_length;
-  double resting_surface;
-  double withdrawal_ratio = 1.0;
+template <bool passive, class Real>
+struct BasicDraggedTissue {
+  Real per_length;
+  Real stiffness;
+  Real rupture_length;
+  Real resting_surface;
+  Real withdrawal_ratio = 1.0;
 
   static constexpr const char* name = passive ? "dragged_tissue" : "dragged_tissue_as_fitted";
   static constexpr Family family = Family::friction;
@@ -62,16 +64,16 @@ struct DraggedTissue {
   static constexpr const char* source = "layered law; eqs. (7)-(11), the Coulomb limit";
   static constexpr const char* validity =
       "Skin on muscle and gelatine at 1 to 3 mm/s, in, hold, out; other motions are extrapolation.";
-  static constexpr std::array<Parameter<DraggedTissue>, 5> table{{
-      {&DraggedTissue::per_length, "per_length", "N/m", 0.0, 1e5, required, "f'",
+  static constexpr std::array<Parameter<BasicDraggedTissue, Real>, 5> table{{
+      {&BasicDraggedTissue::per_length, "per_length", "N/m", 0.0, 1e5, required, "f'",
        "friction force per embedded length while sliding", "layered law"},
-      {&DraggedTissue::stiffness, "stiffness", "N/m", 1e-2, 1e6, required, "k_t",
+      {&BasicDraggedTissue::stiffness, "stiffness", "N/m", 1e-2, 1e6, required, "k_t",
        "stiffness of the tissue dragged along", "layered law"},
-      {&DraggedTissue::rupture_length, "rupture_length", "m", 1e-7, 1e-1, required, "delta",
+      {&BasicDraggedTissue::rupture_length, "rupture_length", "m", 1e-7, 1e-1, required, "delta",
        "advance over which the force of the puncture falls to that of friction", "layered law"},
-      {&DraggedTissue::resting_surface, "resting_surface", "m", -5e-2, 2e-1, 0.0, "z_r - z_0",
+      {&BasicDraggedTissue::resting_surface, "resting_surface", "m", -5e-2, 2e-1, 0.0, "z_r - z_0",
        "depth of the dimple that stays, from the layer's undeformed top", "layered law"},
-      {&DraggedTissue::withdrawal_ratio, "withdrawal_ratio", "1", 1e-2, 1e2, 1.0, "rho",
+      {&BasicDraggedTissue::withdrawal_ratio, "withdrawal_ratio", "1", 1e-2, 1e2, 1.0, "rho",
        "friction outwards over friction inwards", "Okamura, Simone & O'Leary 2004"},
   }};
 
@@ -82,13 +84,14 @@ struct DraggedTissue {
   }
 
   struct Prepared {
-    using Memory = DraggedTissueMemory;
+    using Memory = BasicDraggedTissueMemory<Real>;
     // the surface moves with the force and may be above the undeformed one
     static constexpr bool own_surface = true;
-    double per_length, stiffness, per_rupture, resting_surface, withdrawal_ratio;
+    Real per_length, stiffness, per_rupture, resting_surface, withdrawal_ratio;
 
-    [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
-                                   const Relaxing& relaxing) const noexcept {
+    [[gnu::noinline]] void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
+                                   const BasicLayerExtent<Real>& extent,
+                                   const BasicRelaxing<Real>& relaxing) const noexcept {
       shaft.surface = extent.top + resting_surface + memory.element.elastic / stiffness;
       if (!extent.pierced) return;
       // down to the tip, through all layers: layers of dragged tissue add up
@@ -96,46 +99,46 @@ struct DraggedTissue {
       // what still pushes the tip unloads first, as the force would jump; above the layer nothing pushes
       if (shaft.embedded == 0.0 && move.withdrawing && (memory.force <= 0.0 || move.depth <= extent.top))
         return memory.release();
-      const double grip = per_length * shaft.embedded;
-      const double above = std::max(0.0, memory.peak - grip);
-      const double torn = above > 0.0 ? std::exp(-(move.deepest - extent.puncture) * per_rupture) : 0.0;
-      const double high = grip + above * torn;
+      const Real grip = per_length * shaft.embedded;
+      const Real above = max(0.0, memory.peak - grip);
+      const Real torn = above > 0.0 ? exp(-(move.deepest - extent.puncture) * per_rupture) : 0.0;
+      const Real high = grip + above * torn;
       memory.force = memory.element.drag(stiffness * move.travel, -withdrawal_ratio * grip, high, relaxing,
                                          move.advancing);
       memory.force_by_depth = slope(shaft, memory, grip, torn, move);
     }
-    void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
+    void pierce(Memory& memory, const BasicContactAtPuncture<Real>& contact) const noexcept {
       memory.element = contact.element;
       memory.peak = contact.force;
       if constexpr (passive) weaken(memory.element, contact);
     }
-    double force(const Shaft&, const Memory& memory, double) const noexcept { return memory.force; }
-    double by_depth(const Shaft&, const Memory& memory, double) const noexcept {
+    Real force(const BasicShaft<Real>&, const Memory& memory, Real) const noexcept { return memory.force; }
+    Real by_depth(const BasicShaft<Real>&, const Memory& memory, Real) const noexcept {
       return memory.force_by_depth;
     }
-    double by_velocity(const Shaft&, const Memory&, double) const noexcept { return 0.0; }
-    Slip slip(const Shaft&, const Memory& memory) const noexcept {
+    Real by_velocity(const BasicShaft<Real>&, const Memory&, Real) const noexcept { return 0.0; }
+    BasicSlip<Real> slip(const BasicShaft<Real>&, const Memory& memory) const noexcept {
       return {memory.element.slipped / stiffness, memory.force};
     }
 
    private:
     /// No more energy than the contact held: F_e^2 / 2 k_t <= U, and for the relaxing shares, where the
     /// contact is stiffer than the spring, by the ratio of the two.
-    void weaken(Element& element, const ContactAtPuncture& contact) const noexcept {
-      const double most = std::sqrt(2.0 * stiffness * contact.energy);
-      const double share = element.elastic > most ? most / element.elastic : 1.0;
-      const double relaxing = contact.slope > stiffness ? std::sqrt(stiffness / contact.slope) : 1.0;
+    void weaken(BasicElement<Real>& element, const BasicContactAtPuncture<Real>& contact) const noexcept {
+      const Real most = sqrt(2.0 * stiffness * contact.energy);
+      const Real share = element.elastic > most ? most / element.elastic : 1.0;
+      const Real relaxing = contact.slope > stiffness ? sqrt(stiffness / contact.slope) : 1.0;
       element.elastic *= share;
-      for (double& memory : element.memory) memory *= std::min(share, relaxing);
+      for (Real& memory : element.memory) memory *= min(share, relaxing);
     }
     /// d(force)/d(depth): the spring, or the limit it slides along.
-    double slope(const Shaft& shaft, const Memory& memory, double grip, double torn,
-                 const Move& move) const noexcept {
+    Real slope(const BasicShaft<Real>& shaft, const Memory& memory, Real grip, Real torn,
+               const BasicMove<Real>& move) const noexcept {
       if (memory.element.stiffening > 0.0) return stiffness * memory.element.stiffening;
       if (shaft.embedded <= 0.0 && memory.force <= 0.0) return 0.0;
       if (memory.force < 0.0) return -withdrawal_ratio * per_length;
-      const double above = std::max(0.0, memory.peak - grip) * torn;
-      const double tears = move.depth >= move.deepest ? above * per_rupture : 0.0;
+      const Real above = max(0.0, memory.peak - grip) * torn;
+      const Real tears = move.depth >= move.deepest ? above * per_rupture : 0.0;
       return per_length * (above > 0.0 ? 1.0 - torn : 1.0) - tears;
     }
   };
@@ -144,6 +147,8 @@ struct DraggedTissue {
   }
 };
 
+template <bool passive>
+using DraggedTissue = BasicDraggedTissue<passive, double>;
 using DraggedTissuePassive = DraggedTissue<true>;
 using DraggedTissueAsFitted = DraggedTissue<false>;
 

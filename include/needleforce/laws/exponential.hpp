@@ -10,9 +10,10 @@ namespace needleforce::laws {
 
 /// F = b (exp(a h) - 1), fitted to a tissue and a needle; a -> 0 with a b fixed is a linear spring. Beyond
 /// a h = 50 it continues linearly: a value for the loop, no prediction.
-struct Exponential {
-  double rate;
-  double scale;
+template <class Real>
+struct BasicExponential {
+  Real rate;
+  Real scale;
 
   static constexpr const char* name = "exponential";
   static constexpr Family family = Family::stiffness;
@@ -20,34 +21,35 @@ struct Exponential {
   static constexpr const char* source = "Maurin et al. 2004";
   static constexpr const char* validity =
       "The needle, tissue and speed it was fitted to, up to the deepest point of the fit.";
-  static constexpr std::array<Parameter<Exponential>, 2> table{{
-      {&Exponential::rate, "rate", "1/m", 1e-3, 1e5, required, "a", "one over the depth of an e-fold",
+  static constexpr std::array<Parameter<BasicExponential, Real>, 2> table{{
+      {&BasicExponential::rate, "rate", "1/m", 1e-3, 1e5, required, "a", "one over the depth of an e-fold",
        "Maurin et al. 2004"},
-      {&Exponential::scale, "scale", "N", 1e-9, 1e6, required, "b",
+      {&BasicExponential::scale, "scale", "N", 1e-9, 1e6, required, "b",
        "force scale; the stiffness at first contact over the rate", "Maurin et al. 2004"},
   }};
 
   struct Prepared {
-    double rate, scale, end;  // end: where it continues linearly [m]
-    double reach() const noexcept { return end; }
-    double force(double h) const noexcept {
-      const double within = h < end ? h : end;
-      return scale * std::expm1(rate * within) + slope(end) * (h - within);
+    Real rate, scale, end;  // end: where it continues linearly [m]
+    Real reach() const noexcept { return end; }
+    Real force(Real h) const noexcept {
+      const Real within = h < end ? h : end;
+      return scale * expm1(rate * within) + slope(end) * (h - within);
     }
-    double slope(double h) const noexcept { return rate * scale * std::exp(rate * (h < end ? h : end)); }
-    double energy(double h) const noexcept {
-      const double within = h < end ? h : end, x = rate * within, beyond = h - within;
+    Real slope(Real h) const noexcept { return rate * scale * exp(rate * (h < end ? h : end)); }
+    Real energy(Real h) const noexcept {
+      const Real within = h < end ? h : end, x = rate * within, beyond = h - within;
       // expm1(x) - x cancels at small x; its series does not
-      const double grown =
-          x > 1e-2 ? std::expm1(x) - x : x * x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x / 120.0)));
-      return scale / rate * grown + beyond * (scale * std::expm1(x) + 0.5 * slope(end) * beyond);
+      const Real grown =
+          x > 1e-2 ? expm1(x) - x : x * x * (0.5 + x * (1.0 / 6.0 + x * (1.0 / 24.0 + x / 120.0)));
+      return scale / rate * grown + beyond * (scale * expm1(x) + 0.5 * slope(end) * beyond);
     }
-    double indentation(double force) const noexcept {
-      const double last = scale * std::expm1(rate * end);
-      return force <= last ? std::log1p(force / scale) / rate : end + (force - last) / slope(end);
+    Real indentation(Real force) const noexcept {
+      const Real last = scale * expm1(rate * end);
+      return force <= last ? log1p(force / scale) / rate : end + (force - last) / slope(end);
     }
   };
   Prepared prepare() const noexcept { return {rate, scale, 50.0 / rate}; }
 };
+using Exponential = BasicExponential<double>;
 
 }  // namespace needleforce::laws

@@ -16,15 +16,16 @@ namespace needleforce::laws {
 /// In the band the source balances the other forces on the needle, which a prescribed motion does not have:
 /// an elastic element in series replaces them. The constants outwards are negative, so friction
 /// dissipates.
-struct Karnopp {
-  double coulomb_in;
-  double coulomb_out;
-  double viscous_in;
-  double viscous_out;
-  double static_in;
-  double static_out;
-  double static_band;
-  double presliding;
+template <class Real>
+struct BasicKarnopp {
+  Real coulomb_in;
+  Real coulomb_out;
+  Real viscous_in;
+  Real viscous_out;
+  Real static_in;
+  Real static_out;
+  Real static_band;
+  Real presliding;
 
   static constexpr const char* name = "karnopp";
   static constexpr Family family = Family::friction;
@@ -34,22 +35,22 @@ struct Karnopp {
       "outwards.";
   static constexpr const char* source = "Simone & Okamura 2002; Okamura, Simone & O'Leary 2004; Karnopp 1985";
   static constexpr const char* validity = "Needle and tissue of its fit, speeds between those of its fit.";
-  static constexpr std::array<Parameter<Karnopp>, 8> table{{
-      {&Karnopp::coulomb_in, "coulomb_in", "N/m", 0.0, 1e5, required, "C_p",
+  static constexpr std::array<Parameter<BasicKarnopp, Real>, 8> table{{
+      {&BasicKarnopp::coulomb_in, "coulomb_in", "N/m", 0.0, 1e5, required, "C_p",
        "sliding friction per length inwards, without its viscous part", "Okamura, Simone & O'Leary 2004"},
-      {&Karnopp::coulomb_out, "coulomb_out", "N/m", -1e5, 0.0, required, "C_n", "the same outwards, negative",
-       "Okamura, Simone & O'Leary 2004"},
-      {&Karnopp::viscous_in, "viscous_in", "N s/m^2", 0.0, 1e7, required, "b_p",
+      {&BasicKarnopp::coulomb_out, "coulomb_out", "N/m", -1e5, 0.0, required, "C_n",
+       "the same outwards, negative", "Okamura, Simone & O'Leary 2004"},
+      {&BasicKarnopp::viscous_in, "viscous_in", "N s/m^2", 0.0, 1e7, required, "b_p",
        "viscous friction per length inwards", "Okamura, Simone & O'Leary 2004"},
-      {&Karnopp::viscous_out, "viscous_out", "N s/m^2", 0.0, 1e7, required, "b_n",
+      {&BasicKarnopp::viscous_out, "viscous_out", "N s/m^2", 0.0, 1e7, required, "b_n",
        "the same outwards, positive", "Okamura, Simone & O'Leary 2004"},
-      {&Karnopp::static_in, "static_in", "N/m", 0.0, 1e5, required, "D_p",
+      {&BasicKarnopp::static_in, "static_in", "N/m", 0.0, 1e5, required, "D_p",
        "greatest friction per length at rest, against going in", "Okamura, Simone & O'Leary 2004"},
-      {&Karnopp::static_out, "static_out", "N/m", -1e5, 0.0, required, "D_n",
+      {&BasicKarnopp::static_out, "static_out", "N/m", -1e5, 0.0, required, "D_n",
        "the same against going out, negative", "Okamura, Simone & O'Leary 2004"},
-      {&Karnopp::static_band, "static_band", "m/s", 1e-9, 1e-1, 1e-4, "dv",
+      {&BasicKarnopp::static_band, "static_band", "m/s", 1e-9, 1e-1, 1e-4, "dv",
        "width of the band of velocity that counts as rest", "Karnopp 1985"},
-      {&Karnopp::presliding, "presliding", "m", 1e-9, 5e-2, 20e-6, "s_0",
+      {&BasicKarnopp::presliding, "presliding", "m", 1e-9, 5e-2, 20e-6, "s_0",
        "travel that takes the friction from nothing to its limit at rest", "free: elastic element in series"},
   }};
 
@@ -63,56 +64,59 @@ struct Karnopp {
   struct Prepared;
   Prepared prepare() const noexcept;
 };
+using Karnopp = BasicKarnopp<double>;
 
-struct Karnopp::Prepared {
-  struct Memory : TractionMemory {
+template <class Real>
+struct BasicKarnopp<Real>::Prepared {
+  struct Memory : BasicTractionMemory<Real> {
     bool slides = false;
 
-    void take_over(const TakenOver& taken) noexcept {
-      TractionMemory::take_over(taken);
+    void take_over(const BasicTakenOver<Real>& taken) noexcept {
+      BasicTractionMemory<Real>::take_over(taken);
       slides = false;
     }
     void release() noexcept {
-      TractionMemory::release();
+      BasicTractionMemory<Real>::release();
       slides = false;
     }
     void check(StateCheck& check, const char* part, double) const noexcept {
-      check.numbers(part, static_cast<const TractionMemory&>(*this));
+      check.numbers(part, static_cast<const BasicTractionMemory<Real>&>(*this));
       check.flag(part, slides);
     }
   };
 
-  Karnopp law;
-  double stiffness;  // of the element per length [N/m^2]
+  BasicKarnopp<Real> law;
+  Real stiffness;  // of the element per length [N/m^2]
 
   bool inwards(double v) const noexcept { return v >= 0.5 * law.static_band; }
   bool outwards(double v) const noexcept { return v <= -0.5 * law.static_band; }
-  double high(double v) const noexcept {
+  Real high(double v) const noexcept {
     return inwards(v) ? law.coulomb_in + law.viscous_in * v : law.static_in;
   }
-  double low(double v) const noexcept {
+  Real low(double v) const noexcept {
     return outwards(v) ? law.coulomb_out + law.viscous_out * v : law.static_out;
   }
-  double surface(double top, double) const noexcept { return top; }
-  double sliding(double embedded, double v) const noexcept {
+  Real surface(Real top, Real) const noexcept { return top; }
+  Real sliding(Real embedded, double v) const noexcept {
     return embedded *
            (std::signbit(v) ? law.coulomb_out + law.viscous_out * v : law.coulomb_in + law.viscous_in * v);
   }
   /// Loads the element between limits that may have fallen below its force.
-  void load(Memory& memory, const Move& move, const Traction& limits,
-            const Relaxing& relaxing) const noexcept {
+  void load(Memory& memory, const BasicMove<Real>& move, const BasicTraction<Real>& limits,
+            const BasicRelaxing<Real>& relaxing) const noexcept {
     const auto [low, high] = limits;
     memory.element.yield(memory.traction, low, high, relaxing);
     memory.traction = memory.element.drag(stiffness * move.below, low, high, relaxing, move.advancing);
   }
   /// Sticks until the limit at rest is reached, at any speed of the needle: the slip has no speed then.
   /// Then slides until the needle rests or reverses.
-  [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
-                                 const Relaxing& relaxing) const noexcept {
+  [[gnu::noinline]] void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
+                                 const BasicLayerExtent<Real>& extent,
+                                 const BasicRelaxing<Real>& relaxing) const noexcept {
     shaft.embed(extent, move.depth, extent.top);
     const double v = move.velocity;
     if (move.waits) {  // neither sticks nor slides anew, but relaxes
-      const double limit = std::abs(memory.traction);
+      const Real limit = abs(memory.traction);
       memory.traction = memory.element.drag(0.0, -limit, limit, relaxing, move.advancing);
       return;
     }
@@ -125,25 +129,26 @@ struct Karnopp::Prepared {
     }
     if (memory.slides) load(memory, move, shaft.limits(extent, stiffness, low(v), high(v)), relaxing);
   }
-  void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
+  void pierce(Memory& memory, const BasicContactAtPuncture<Real>& contact) const noexcept {
     memory.pierce(contact, embedded_length(contact.depth, contact.extent.top), stiffness, law.coulomb_in);
   }
-  double force(const Shaft& shaft, const Memory& memory, double) const noexcept {
+  Real force(const BasicShaft<Real>& shaft, const Memory& memory, Real) const noexcept {
     return memory.traction * shaft.embedded;
   }
-  double by_depth(const Shaft& shaft, const Memory& memory, double) const noexcept {
+  Real by_depth(const BasicShaft<Real>& shaft, const Memory& memory, Real) const noexcept {
     return memory.traction * shaft.embedded_by_depth + stiffness * memory.element.stiffening * shaft.embedded;
   }
-  Slip slip(const Shaft& shaft, const Memory& memory) const noexcept {
+  BasicSlip<Real> slip(const BasicShaft<Real>& shaft, const Memory& memory) const noexcept {
     return slip_along(shaft, memory.traction, memory.element.slipped / stiffness, stiffness);
   }
-  double by_velocity(const Shaft& shaft, const Memory& memory, double v) const noexcept {
+  Real by_velocity(const BasicShaft<Real>& shaft, const Memory& memory, double v) const noexcept {
     if (memory.element.stiffening > 0.0 || !memory.slides) return 0.0;
     return shaft.embedded * (inwards(v) ? law.viscous_in : outwards(v) ? law.viscous_out : 0.0);
   }
 };
 
-inline Karnopp::Prepared Karnopp::prepare() const noexcept {
+template <class Real>
+inline typename BasicKarnopp<Real>::Prepared BasicKarnopp<Real>::prepare() const noexcept {
   return {*this, std::max({static_in, -static_out, coulomb_in, -coulomb_out}) / presliding};
 }
 

@@ -16,14 +16,15 @@ namespace needleforce::laws {
 ///
 /// stepped exactly for constant velocity; the bristles follow the change of depth, the rates the velocity.
 /// With F_s = F_c and sigma_1 = 0 it is Dahl's law with a viscous part.
-struct LuGre {
-  double bristle_stiffness;
-  double bristle_damping;
-  double viscous;
-  double coulomb;
-  double static_friction;
-  double stribeck_speed;
-  double stribeck_exponent;
+template <class Real>
+struct BasicLuGre {
+  Real bristle_stiffness;
+  Real bristle_damping;
+  Real viscous;
+  Real coulomb;
+  Real static_friction;
+  Real stribeck_speed;
+  Real stribeck_exponent;
 
   static constexpr const char* name = "lugre";
   static constexpr Family family = Family::friction;
@@ -34,20 +35,20 @@ struct LuGre {
   static constexpr const char* validity =
       "Passive from velocity to force if sigma_2 >= sigma_1 (F_s - F_c) / F_c (Barabanov & Ortega 2000, "
       "unconfirmed).";
-  static constexpr std::array<Parameter<LuGre>, 7> table{{
-      {&LuGre::bristle_stiffness, "bristle_stiffness", "N/m^2", 1.0, 1e12, required, "sigma_0",
+  static constexpr std::array<Parameter<BasicLuGre, Real>, 7> table{{
+      {&BasicLuGre::bristle_stiffness, "bristle_stiffness", "N/m^2", 1.0, 1e12, required, "sigma_0",
        "stiffness of the bristles per length", "Canudas de Wit et al. 1995"},
-      {&LuGre::bristle_damping, "bristle_damping", "N s/m^2", 0.0, 1e7, 0.0, "sigma_1",
+      {&BasicLuGre::bristle_damping, "bristle_damping", "N s/m^2", 0.0, 1e7, 0.0, "sigma_1",
        "damping of the bristles per length", "Canudas de Wit et al. 1995"},
-      {&LuGre::viscous, "viscous", "N s/m^2", 0.0, 1e7, 0.0, "sigma_2", "viscous friction per length",
+      {&BasicLuGre::viscous, "viscous", "N s/m^2", 0.0, 1e7, 0.0, "sigma_2", "viscous friction per length",
        "Canudas de Wit et al. 1995"},
-      {&LuGre::coulomb, "coulomb", "N/m", 1e-6, 1e5, required, "F_c",
+      {&BasicLuGre::coulomb, "coulomb", "N/m", 1e-6, 1e5, required, "F_c",
        "friction per length while sliding fast, without its viscous part", "Canudas de Wit et al. 1995"},
-      {&LuGre::static_friction, "static_friction", "N/m", 1e-6, 1e5, required, "F_s",
+      {&BasicLuGre::static_friction, "static_friction", "N/m", 1e-6, 1e5, required, "F_s",
        "friction per length at the onset of sliding", "Canudas de Wit et al. 1995"},
-      {&LuGre::stribeck_speed, "stribeck_speed", "m/s", 1e-9, 1.0, 1e-3, "v_s",
+      {&BasicLuGre::stribeck_speed, "stribeck_speed", "m/s", 1e-9, 1.0, 1e-3, "v_s",
        "speed at which the friction falls from static to sliding", "Canudas de Wit et al. 1995"},
-      {&LuGre::stribeck_exponent, "stribeck_exponent", "1", 1.0, 2.0, 2.0, "gamma",
+      {&BasicLuGre::stribeck_exponent, "stribeck_exponent", "1", 1.0, 2.0, 2.0, "gamma",
        "shape of that fall; 1 or 2 in the literature", "Canudas de Wit et al. 1995"},
   }};
 
@@ -63,115 +64,150 @@ struct LuGre {
   }
   /// Smallest sigma_2 [N s/m^2] with which velocity to force is passive (Barabanov & Ortega 2000,
   /// unconfirmed).
-  double min_passive_viscous() const noexcept {
+  Real min_passive_viscous() const noexcept {
     return bristle_damping * (static_friction - coulomb) / coulomb;
   }
 
   /// Mean deflection [m] of the bristles after `dt` [s] at a constant velocity [m/s].
-  double deflected(double deflection, double velocity, double dt) const noexcept;
+  Real deflected(Real deflection, double velocity, Real dt) const noexcept;
   /// Friction per length [N/m] at a deflection [m] and a velocity [m/s].
-  double traction(double deflection, double velocity) const noexcept;
+  Real traction(Real deflection, double velocity) const noexcept;
 
   struct Prepared;
   Prepared prepare() const noexcept;
 };
+using LuGre = BasicLuGre<double>;
 
-struct LuGre::Prepared {
+template <class Real>
+struct BasicLuGre<Real>::Prepared {
   struct Memory {
-    double elastic = 0.0;    ///< sigma_0 zeta [N/m]
-    double traction = 0.0;   ///< force per embedded length [N/m]
-    double slipped = 0.0;    ///< travel of the last step that did not bend the bristles [m]
-    double limit = 0.0;      ///< g(v) at the last velocity [N/m]
-    double weakening = 0.0;  ///< dg/dv [N s/m^2]
+    Real elastic = 0.0;     ///< sigma_0 zeta [N/m]
+    Real traction = 0.0;    ///< force per embedded length [N/m]
+    Real slipped = 0.0;     ///< travel of the last step that did not bend the bristles [m]
+    Real limit = 0.0;       ///< g(v) at the last velocity [N/m]
+    Real per_limit = 0.0;   ///< 1 / g(v) [m/N]
+    Real weakening = 0.0;   ///< dg/dv [N s/m^2]
+    Real left = 1.0;        ///< share of the deflection that a travel leaves
+    double velocity = 0.0;  ///< for which these are [m/s], if there is a limit
+    Real travel = 0.0;      ///< the same [m]
 
-    double held() const noexcept { return traction; }
-    void take_over(const TakenOver& taken) noexcept { elastic = traction = taken.held; }
-    void thin(double share) noexcept { elastic *= share; }
+    Real held() const noexcept { return traction; }
+    void take_over(const BasicTakenOver<Real>& taken) noexcept { elastic = traction = taken.held; }
+    void thin(Real share) noexcept { elastic *= share; }
     void release() noexcept { elastic = traction = 0.0; }
   };
 
-  LuGre law;
+  BasicLuGre<Real> law;
+  Real per_speed, compliance;  // 1 / v_s [s/m], 1 / sigma_0 [m^2/N]
 
-  double fall(double v) const noexcept {
-    const double ratio = std::abs(v) / law.stribeck_speed;
-    return std::exp(-(law.stribeck_exponent == 2.0 ? ratio * ratio : std::pow(ratio, law.stribeck_exponent)));
+  /// A number with derivatives takes the power: it has one by the exponent too.
+  bool square() const noexcept { return is_plain<Real> && law.stribeck_exponent == 2.0; }
+  Real fall(double v) const noexcept {
+    const Real ratio = abs(v) * per_speed;
+    return exp(-(square() ? ratio * ratio : pow(ratio, law.stribeck_exponent)));
   }
   /// g(v) [N/m], and dg/dv [N s/m^2], once a step, for all that follows.
   void find_limit(Memory& memory, double v) const noexcept {
-    const double weaker = (law.static_friction - law.coulomb) * fall(v);
-    const double ratio = std::abs(v) / law.stribeck_speed;
-    const double steep = law.stribeck_exponent == 2.0 ? ratio : std::pow(ratio, law.stribeck_exponent - 1.0);
+    memory.velocity = v;
+    const Real weaker = (law.static_friction - law.coulomb) * fall(v);
+    const Real ratio = abs(v) * per_speed;
+    const Real steep = square() ? ratio : pow(ratio, law.stribeck_exponent - 1.0);
     memory.limit = law.coulomb + weaker;
+    memory.per_limit = 1.0 / memory.limit;
     // far above v_s the product would be 0 times infinity
-    memory.weakening =
-        weaker > 0.0 ? std::copysign(law.stribeck_exponent * steep * weaker / law.stribeck_speed, -v) : 0.0;
+    memory.weakening = weaker > 0.0 ? copysign(law.stribeck_exponent * steep * weaker * per_speed, -v) : 0.0;
   }
-  double surface(double top, double) const noexcept { return top; }
-  double sliding(double embedded, double v) const noexcept {
-    const double limit = law.coulomb + (law.static_friction - law.coulomb) * fall(v);
-    return embedded * (std::copysign(limit, v) + law.viscous * v);
+  /// The exponentials of a step, which depend on its motion alone: an insertion finds those of all layers
+  /// before the first shaft moves, so that they do not wait for each other.
+  void look_ahead(Memory& memory, double v, Real travel) const noexcept {
+    const bool known = is_plain<Real> && memory.velocity == v && looked(memory);
+    if (known && memory.travel == travel) return;
+    if (!known) find_limit(memory, v);
+    find_left(memory, travel);
+  }
+  void find_left(Memory& memory, Real travel) const noexcept {
+    memory.travel = travel;
+    memory.left = exp(-law.bristle_stiffness * abs(travel) * memory.per_limit);
+  }
+  static bool looked(const Memory& memory) noexcept { return memory.limit > 0.0; }
+  /// Of a memory that comes from elsewhere nothing is believed that follows from its motion.
+  void look_again(Memory& memory) const noexcept {
+    find_limit(memory, memory.velocity);
+    find_left(memory, memory.travel);
+  }
+  Real surface(Real top, Real) const noexcept { return top; }
+  Real sliding(Real embedded, double v) const noexcept {
+    const Real limit = law.coulomb + (law.static_friction - law.coulomb) * fall(v);
+    return embedded * (copysign(limit, v) + law.viscous * v);
   }
   /// Remaining share of the bristles' deflection to sliding at velocity v: 1 - sigma_0 zeta sgn(v) / g(v).
-  double remaining(const Memory& memory, double v) const noexcept {
-    return 1.0 - std::copysign(memory.elastic, v * memory.elastic) / memory.limit;
+  Real remaining(const Memory& memory, double v) const noexcept {
+    return 1.0 - copysign(memory.elastic, v * memory.elastic) * memory.per_limit;
   }
-  /// The elastic part [N/m] after a travel [m].
-  double dragged(const Memory& memory, double travel) const noexcept {
-    const double slides = std::copysign(memory.limit, travel);
-    const double left = std::exp(-law.bristle_stiffness * std::abs(travel) / memory.limit);
-    return slides + (memory.elastic - slides) * left;
+  /// The elastic part [N/m] after the travel.
+  Real dragged(const Memory& memory) const noexcept {
+    const Real slides = copysign(memory.limit, memory.travel);
+    return slides + (memory.elastic - slides) * memory.left;
   }
-  [[gnu::noinline]] void advance(Shaft& shaft, Memory& memory, const Move& move, const LayerExtent& extent,
-                                 const Relaxing&) const noexcept {
+  [[gnu::noinline]] void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
+                                 const BasicLayerExtent<Real>& extent,
+                                 const BasicRelaxing<Real>&) const noexcept {
     shaft.embed(extent, move.depth, extent.top);
-    const double largest = law.static_friction;
+    const Real largest = law.static_friction;
     const auto [low, high] = shaft.limits(extent, law.bristle_stiffness, -largest, largest);
-    find_limit(memory, move.velocity);
-    const double before = memory.elastic;
-    memory.elastic = std::clamp(dragged(memory, move.below), low, high);
-    memory.slipped = move.below - (memory.elastic - before) / law.bristle_stiffness;
+    if (!extent.pierced) return memory.release();  // nothing bends the bristles, and no exponential is needed
+    look_ahead(memory, move.velocity, move.below);
+    const Real before = memory.elastic;
+    memory.elastic = clamp(dragged(memory), low, high);
+    memory.slipped = move.below - (memory.elastic - before) * compliance;
     memory.traction = traction(memory, move.velocity);
   }
-  void pierce(Memory& memory, const ContactAtPuncture& contact) const noexcept {
-    const double length = embedded_length(contact.depth, contact.extent.top);
+  void pierce(Memory& memory, const BasicContactAtPuncture<Real>& contact) const noexcept {
+    const Real length = embedded_length(contact.depth, contact.extent.top);
     memory.elastic = traction_at_puncture(contact, length, law.bristle_stiffness, law.coulomb);
   }
   /// Bristles loaded by another law or by other parameters hold no more than static friction.
   void adopt(Memory& memory) const noexcept {
-    memory.elastic = std::clamp(memory.elastic, -law.static_friction, law.static_friction);
+    memory.elastic = clamp(memory.elastic, -law.static_friction, law.static_friction);
+    memory.limit = 0.0;  // was that of another law
   }
-  double traction(const Memory& memory, double v) const noexcept {
+  Real traction(const Memory& memory, double v) const noexcept {
     return memory.elastic + (law.bristle_damping * remaining(memory, v) + law.viscous) * v;
   }
-  double force(const Shaft& shaft, const Memory& memory, double) const noexcept {
+  Real force(const BasicShaft<Real>& shaft, const Memory& memory, Real) const noexcept {
     return memory.traction * shaft.embedded;
   }
-  double by_depth(const Shaft& shaft, const Memory& memory, double v) const noexcept {
+  Real by_depth(const BasicShaft<Real>& shaft, const Memory& memory, double v) const noexcept {
     // bristles that bend further damp less: d(dzeta/dt)/dzeta = -sigma_0 |v| / g
-    const double bending = law.bristle_stiffness * (1.0 - law.bristle_damping * std::abs(v) / memory.limit);
+    const Real bending = law.bristle_stiffness * (1.0 - law.bristle_damping * abs(v) * memory.per_limit);
     return memory.traction * shaft.embedded_by_depth + bending * remaining(memory, v) * shaft.embedded;
   }
-  Slip slip(const Shaft& shaft, const Memory& memory) const noexcept {
+  BasicSlip<Real> slip(const BasicShaft<Real>& shaft, const Memory& memory) const noexcept {
     return slip_along(shaft, memory.elastic, memory.slipped, law.bristle_stiffness);
   }
-  double by_velocity(const Shaft& shaft, const Memory& memory, double v) const noexcept {
-    const double left = remaining(memory, v);
-    const double weakened = (1.0 - left) * v * memory.weakening / memory.limit;
+  Real by_velocity(const BasicShaft<Real>& shaft, const Memory& memory, double v) const noexcept {
+    const Real left = remaining(memory, v);
+    const Real weakened = (1.0 - left) * v * memory.weakening * memory.per_limit;
     return (law.bristle_damping * (left + weakened) + law.viscous) * shaft.embedded;
   }
 };
 
-inline LuGre::Prepared LuGre::prepare() const noexcept { return {*this}; }
-
-inline double LuGre::deflected(double deflection, double velocity, double dt) const noexcept {
-  Prepared::Memory memory;
-  memory.elastic = bristle_stiffness * deflection;
-  prepare().find_limit(memory, velocity);
-  return prepare().dragged(memory, velocity * dt) / bristle_stiffness;
+template <class Real>
+inline typename BasicLuGre<Real>::Prepared BasicLuGre<Real>::prepare() const noexcept {
+  return {*this, 1.0 / stribeck_speed, 1.0 / bristle_stiffness};
 }
 
-inline double LuGre::traction(double deflection, double velocity) const noexcept {
-  Prepared::Memory memory;
+template <class Real>
+inline Real BasicLuGre<Real>::deflected(Real deflection, double velocity, Real dt) const noexcept {
+  typename Prepared::Memory memory;
+  memory.elastic = bristle_stiffness * deflection;
+  prepare().look_ahead(memory, velocity, velocity * dt);
+  return prepare().dragged(memory) / bristle_stiffness;
+}
+
+template <class Real>
+inline Real BasicLuGre<Real>::traction(Real deflection, double velocity) const noexcept {
+  typename Prepared::Memory memory;
   memory.elastic = bristle_stiffness * deflection;
   prepare().find_limit(memory, velocity);
   return prepare().traction(memory, velocity);

@@ -9,7 +9,8 @@
 namespace needleforce::laws {
 
 /// No force at the tip: a hole that is there already, or a friction law that counts the tip itself.
-struct NoCutting {
+template <class Real>
+struct BasicNoCutting {
   static constexpr const char* name = "no_cutting";
   static constexpr Family family = Family::cutting;
   static constexpr bool monotone = true;
@@ -17,20 +18,21 @@ struct NoCutting {
   static constexpr const char* source = "by definition";
   static constexpr const char* validity =
       "An existing hole; friction laws that count the rupture themselves.";
-  static constexpr std::array<Parameter<NoCutting>, 0> table{};
+  static constexpr std::array<Parameter<BasicNoCutting, Real>, 0> table{};
 
   struct Prepared {
     using Memory = NoMemory;
-    double steady(double = 0.0) const noexcept { return 0.0; }
-    void enter(Cut& cut, Memory&, double depth, double) const noexcept { cut.front = depth; }
-    void advance(Cut& cut, Memory&, const Move& move) const noexcept {
-      cut.front = std::max(cut.front, move.depth);
+    Real steady(Real = 0.0) const noexcept { return 0.0; }
+    void enter(BasicCut<Real>& cut, Memory&, Real depth, Real) const noexcept { cut.front = depth; }
+    void advance(BasicCut<Real>& cut, Memory&, const BasicMove<Real>& move) const noexcept {
+      cut.front = max(cut.front, move.depth);
     }
-    double forceless(const Cut&, double depth) const noexcept { return depth; }
-    double force(const Cut&, const Memory&, double) const noexcept { return 0.0; }
-    double by_depth(const Cut&, const Memory&, double) const noexcept { return 0.0; }
+    Real forceless(const BasicCut<Real>&, Real depth) const noexcept { return depth; }
+    Real force(const BasicCut<Real>&, const Memory&, Real) const noexcept { return 0.0; }
+    Real by_depth(const BasicCut<Real>&, const Memory&, Real) const noexcept { return 0.0; }
   };
   Prepared prepare() const noexcept { return {}; }
 };
+using NoCutting = BasicNoCutting<double>;
 
 }  // namespace needleforce::laws

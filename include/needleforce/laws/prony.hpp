@@ -19,12 +19,12 @@ enum class Dashpots { move, lock, restore };
 ///
 /// over the contact before the puncture and the tissue dragged along after it, updated exactly for a load
 /// that comes evenly over a step.
-template <Dashpots dashpots>
-struct PronySeries {
-  double share_1;
-  double time_1;
-  double share_2;
-  double time_2;
+template <Dashpots dashpots, class Real>
+struct BasicPronySeries {
+  Real share_1;
+  Real time_1;
+  Real share_2;
+  Real time_2;
 
   static constexpr bool locks = dashpots == Dashpots::lock, restores = dashpots == Dashpots::restore;
   static constexpr bool only_at_rest = locks || restores;
@@ -42,13 +42,15 @@ struct PronySeries {
       locks      ? "Insertion, hold, withdrawal. Recordings at one speed cannot distinguish it from prony."
       : restores ? "Insertion, hold, withdrawal. Recordings at one speed cannot distinguish the two forms."
                  : "Holds and speeds between those it was fitted to.";
-  static constexpr std::array<Parameter<PronySeries>, 4> table{{
-      {&PronySeries::share_1, "share_1", "1", 0.0, 0.99, required, "g_1",
+  static constexpr std::array<Parameter<BasicPronySeries, Real>, 4> table{{
+      {&BasicPronySeries::share_1, "share_1", "1", 0.0, 0.99, required, "g_1",
        "share of the elastic force that relaxes with the first time constant", "Fung 1993"},
-      {&PronySeries::time_1, "time_1", "s", 1e-6, 1e6, required, "tau_1", "first time constant", "Fung 1993"},
-      {&PronySeries::share_2, "share_2", "1", 0.0, 0.99, 0.0, "g_2",
+      {&BasicPronySeries::time_1, "time_1", "s", 1e-6, 1e6, required, "tau_1", "first time constant",
+       "Fung 1993"},
+      {&BasicPronySeries::share_2, "share_2", "1", 0.0, 0.99, 0.0, "g_2",
        "share that relaxes with the second time constant; 0 for a single one", "Fung 1993"},
-      {&PronySeries::time_2, "time_2", "s", 1e-6, 1e6, 5.0, "tau_2", "second time constant", "Fung 1993"},
+      {&BasicPronySeries::time_2, "time_2", "s", 1e-6, 1e6, 5.0, "tau_2", "second time constant",
+       "Fung 1993"},
   }};
 
   const char* contradiction() const noexcept {
@@ -56,16 +58,16 @@ struct PronySeries {
   }
 
   struct Prepared {
-    double share[2], time[2];
+    Real share[2], time[2];
 
     /// exp and its mean over the step; the mean does not cancel at small dt, nor divide 0 by 0.
-    Relaxing over(double dt) const noexcept {
-      Relaxing relaxing{.lasting = 1.0 - share[0] - share[1],
-                        .relaxes = true,
-                        .only_at_rest = PronySeries::only_at_rest,
-                        .restores = PronySeries::restores};
+    BasicRelaxing<Real> over(double dt) const noexcept {
+      BasicRelaxing<Real> relaxing{.lasting = 1.0 - share[0] - share[1],
+                                   .relaxes = true,
+                                   .only_at_rest = BasicPronySeries::only_at_rest,
+                                   .restores = BasicPronySeries::restores};
       for (int j = 0; j < 2; ++j) {
-        const double x = dt / time[j], fallen = -std::expm1(-x);
+        const Real x = dt / time[j], fallen = -expm1(-x);
         relaxing.share[j] = share[j];
         relaxing.left[j] = 1.0 - fallen;
         relaxing.during[j] = x > 1e-300 ? fallen / x : 1.0;
@@ -76,6 +78,8 @@ struct PronySeries {
   Prepared prepare() const noexcept { return {{share_1, share_2}, {time_1, time_2}}; }
 };
 
+template <Dashpots dashpots>
+using PronySeries = BasicPronySeries<dashpots, double>;
 using Prony = PronySeries<Dashpots::move>;
 using PronyLocked = PronySeries<Dashpots::lock>;
 using PronyAtRest = PronySeries<Dashpots::restore>;

@@ -13,12 +13,13 @@ namespace needleforce::laws {
 /// compresses and the crack releases, du/dt = V - v. The crack sticks until F reaches F_b, then runs with
 /// v = (F - F_d) / c until it is slower than v_a, at F_a = F_d + c v_a. Steady for V >= v_a, with
 /// F = F_d + c V; below, a limit cycle between F_a and F_b. Stepped exactly from event to event.
-struct StickSlip {
-  double break_force;
-  double arrest_force;
-  double arrest_speed;
-  double damping;
-  double stiffness;
+template <class Real>
+struct BasicStickSlip {
+  Real break_force;
+  Real arrest_force;
+  Real arrest_speed;
+  Real damping;
+  Real stiffness;
 
   static constexpr const char* name = "stick_slip";
   static constexpr Family family = Family::cutting;
@@ -30,16 +31,16 @@ struct StickSlip {
       "sec. 2.3, range of the cutting force; free: arrest speed, the choice of this project";
   static constexpr const char* validity =
       "Reconstructed from two speeds of the paper; the stiffness, which sets the period, is free.";
-  static constexpr std::array<Parameter<StickSlip>, 5> table{{
-      {&StickSlip::break_force, "break_force", "N", 1e-6, 1e3, required, "F_b",
+  static constexpr std::array<Parameter<BasicStickSlip, Real>, 5> table{{
+      {&BasicStickSlip::break_force, "break_force", "N", 1e-6, 1e3, required, "F_b",
        "force at which the crack starts to run", "sec. 2.3"},
-      {&StickSlip::arrest_force, "arrest_force", "N", 0.0, 1e3, required, "F_a",
+      {&BasicStickSlip::arrest_force, "arrest_force", "N", 0.0, 1e3, required, "F_a",
        "force at which the crack stops", "sec. 2.3"},
-      {&StickSlip::arrest_speed, "arrest_speed", "m/s", 1e-9, 1.0, required, "v_a",
+      {&BasicStickSlip::arrest_speed, "arrest_speed", "m/s", 1e-9, 1.0, required, "v_a",
        "speed of the crack below which it stops", "sec. 2.3"},
-      {&StickSlip::damping, "damping", "N s/m", 1e-6, 1e6, required, "c",
+      {&BasicStickSlip::damping, "damping", "N s/m", 1e-6, 1e6, required, "c",
        "force of the running crack over its speed", "sec. 2.3"},
-      {&StickSlip::stiffness, "stiffness", "N/m", 1e-2, 1e6, 200.0, "k",
+      {&BasicStickSlip::stiffness, "stiffness", "N/m", 1e-2, 1e6, 200.0, "k",
        "stiffness of the tissue ahead of the tip; it sets the period only", "free"},
   }};
 
@@ -51,118 +52,133 @@ struct StickSlip {
   }
 
   /// Time [s] the crack sticks in a cycle at a speed [m/s] below the arrest speed, and time it runs.
-  double stick_time(double speed) const noexcept;
-  double slip_time(double speed) const noexcept;
+  Real stick_time(Real speed) const noexcept;
+  Real slip_time(Real speed) const noexcept;
   /// Force [N] of a running crack at no speed, F_d = F_a - c v_a.
-  double still_force() const noexcept;
+  Real still_force() const noexcept;
   /// Mean force [N] at a speed [m/s], over a cycle where it sticks and slips.
-  double mean_force(double speed) const noexcept;
+  Real mean_force(Real speed) const noexcept;
 
   struct Prepared;
   Prepared prepare() const noexcept;
 };
+using StickSlip = BasicStickSlip<double>;
 
-struct StickSlip::Prepared {
+template <class Real>
+struct BasicStickSlip<Real>::Prepared {
   struct Memory {
     bool running = false;  ///< the crack runs; false while it sticks
     void stop() noexcept { running = false; }
     void check(StateCheck& check, const char* part, double) const noexcept { check.flag(part, running); }
   };
 
-  StickSlip law;
-  double still;          ///< F_d, force of the running crack at no speed [N]
-  double time_constant;  ///< c / k: time constant of the running crack [s]
+  BasicStickSlip<Real> law;
+  Real still;          ///< F_d, force of the running crack at no speed [N]
+  Real time_constant;  ///< c / k: time constant of the running crack [s]
 
-  double running(double speed) const noexcept { return still + law.damping * speed; }
-  double stick_time(double speed) const noexcept {
+  Real running(Real speed) const noexcept { return still + law.damping * speed; }
+  Real stick_time(Real speed) const noexcept {
     return (law.break_force - law.arrest_force) / (law.stiffness * speed);
   }
-  double slip_time(double speed) const noexcept {
-    const double aim = running(speed);
-    return time_constant * std::log((law.break_force - aim) / (law.arrest_force - aim));
+  Real slip_time(Real speed) const noexcept {
+    const Real aim = running(speed);
+    return time_constant * log((law.break_force - aim) / (law.arrest_force - aim));
   }
   /// The force over a long travel at a speed [m/s]: the mean over a cycle, or the steady one.
-  double steady(double speed) const noexcept {
+  Real steady(Real speed) const noexcept {
     if (speed >= law.arrest_speed) return running(speed);
     if (!(speed > 0.0)) return 0.5 * (law.break_force + law.arrest_force);
-    const double stick = stick_time(speed), slip = slip_time(speed),
-                 fall = law.break_force - law.arrest_force;
-    const double work =
+    const Real stick = stick_time(speed), slip = slip_time(speed), fall = law.break_force - law.arrest_force;
+    const Real work =
         0.5 * (law.break_force + law.arrest_force) * stick + running(speed) * slip + time_constant * fall;
     return work / (stick + slip);
   }
 
-  void enter(Cut& cut, Memory& memory, double depth, double carried) const noexcept {
+  void enter(BasicCut<Real>& cut, Memory& memory, Real depth, Real carried) const noexcept {
     // the puncture's crack is just stopping; another law's runs on only with a force that keeps it running
     memory.running = carried < 0.0 || (memory.running && carried >= law.arrest_force);
     cut.front = depth - (carried < 0.0 ? law.arrest_force : carried) / law.stiffness;
   }
   /// A crack that sticks holds no more than its breaking force, also if another law or other parameters
   /// loaded it.
-  void adopt(Cut& cut, Memory& memory, double depth) const noexcept {
+  void adopt(BasicCut<Real>& cut, Memory& memory, Real depth) const noexcept {
     if (law.stiffness * (depth - cut.front) < law.arrest_force) memory.running = false;
-    if (!memory.running) cut.front = std::max(cut.front, depth - law.break_force / law.stiffness);
+    if (!memory.running) cut.front = max(cut.front, depth - law.break_force / law.stiffness);
   }
-  [[gnu::noinline]] void advance(Cut& cut, Memory& memory, const Move& move) const noexcept {
-    double force = law.stiffness * (move.depth - move.travel - cut.front);
-    double left = move.dt;
-    const double speed = move.travel / move.dt;
+  [[gnu::noinline]] void advance(BasicCut<Real>& cut, Memory& memory,
+                                 const BasicMove<Real>& move) const noexcept {
+    Real force = law.stiffness * (move.depth - move.travel - cut.front);
+    Real left = move.dt;
+    const Real speed = move.travel / move.dt;
     // a cycle has two events and complete cycles are skipped: the bound is never reached
     for (int event = 0; event < 6 && left > 0.0; ++event)
       memory.running ? run(memory, force, left, speed) : stick(memory, force, left, speed);
     cut.front = move.depth - force / law.stiffness;
   }
-  double forceless(const Cut&, double depth) const noexcept { return depth; }
-  double force(const Cut& cut, const Memory&, double depth) const noexcept {
-    return std::max(0.0, law.stiffness * (depth - cut.front));
+  Real forceless(const BasicCut<Real>&, Real depth) const noexcept { return depth; }
+  Real force(const BasicCut<Real>& cut, const Memory&, Real depth) const noexcept {
+    return max(0.0, law.stiffness * (depth - cut.front));
   }
   /// Of the tissue, also while the crack runs: it takes its time c / k to follow.
-  double by_depth(const Cut& cut, const Memory&, double depth) const noexcept {
+  Real by_depth(const BasicCut<Real>& cut, const Memory&, Real depth) const noexcept {
     return depth > cut.front ? law.stiffness : 0.0;
   }
 
  private:
-  void stick(Memory& memory, double& force, double& left, double speed) const noexcept {
-    const double time = speed > 0.0 ? (law.break_force - force) / (law.stiffness * speed) : left;
+  void stick(Memory& memory, Real& force, Real& left, Real speed) const noexcept {
+    const Real time = speed > 0.0 ? (law.break_force - force) / (law.stiffness * speed) : left;
     if (time >= left) {
       force += law.stiffness * speed * left;
       left = 0.0;
       return;
     }
-    force = std::max(force, law.break_force);
-    left -= std::max(0.0, time);
+    force = max(force, law.break_force);
+    left -= max(0.0, time);
     memory.running = true;
     if (speed < law.arrest_speed) skip_cycles(left, speed);
   }
-  void run(Memory& memory, double& force, double& left, double speed) const noexcept {
-    const double aim = running(speed);
-    const double time = aim >= law.arrest_force ? left
-                        : force > law.arrest_force
-                            ? time_constant * std::log((force - aim) / (law.arrest_force - aim))
-                            : 0.0;
+  void run(Memory& memory, Real& force, Real& left, Real speed) const noexcept {
+    const Real aim = running(speed);
+    const Real time = aim >= law.arrest_force ? left
+                      : force > law.arrest_force
+                          ? time_constant * log((force - aim) / (law.arrest_force - aim))
+                          : 0.0;
     if (time >= left) {
-      force += (force - aim) * std::expm1(-left / time_constant);  // does not cancel at small steps
+      force += (force - aim) * expm1(-left / time_constant);  // does not cancel at small steps
       left = 0.0;
       return;
     }
-    force = std::min(force, law.arrest_force);
+    force = min(force, law.arrest_force);
     left -= time;
     memory.running = false;
   }
-  void skip_cycles(double& left, double speed) const noexcept {
-    const double cycle = stick_time(speed) + slip_time(speed);
-    const double whole = std::min(left / cycle, 1e15);
-    left = std::max(0.0, left - cycle * static_cast<double>(static_cast<long long>(whole)));
-    left = std::min(left, cycle);
+  void skip_cycles(Real& left, Real speed) const noexcept {
+    const Real cycle = stick_time(speed) + slip_time(speed);
+    const double whole = min(value_of(left / cycle), 1e15);
+    left = max(0.0, left - cycle * static_cast<double>(static_cast<long long>(whole)));
+    left = min(left, cycle);
   }
 };
 
-inline StickSlip::Prepared StickSlip::prepare() const noexcept {
+template <class Real>
+inline typename BasicStickSlip<Real>::Prepared BasicStickSlip<Real>::prepare() const noexcept {
   return {*this, arrest_force - damping * arrest_speed, damping / stiffness};
 }
-inline double StickSlip::stick_time(double speed) const noexcept { return prepare().stick_time(speed); }
-inline double StickSlip::slip_time(double speed) const noexcept { return prepare().slip_time(speed); }
-inline double StickSlip::still_force() const noexcept { return prepare().still; }
-inline double StickSlip::mean_force(double speed) const noexcept { return prepare().steady(speed); }
+template <class Real>
+inline Real BasicStickSlip<Real>::stick_time(Real speed) const noexcept {
+  return prepare().stick_time(speed);
+}
+template <class Real>
+inline Real BasicStickSlip<Real>::slip_time(Real speed) const noexcept {
+  return prepare().slip_time(speed);
+}
+template <class Real>
+inline Real BasicStickSlip<Real>::still_force() const noexcept {
+  return prepare().still;
+}
+template <class Real>
+inline Real BasicStickSlip<Real>::mean_force(Real speed) const noexcept {
+  return prepare().steady(speed);
+}
 
 }  // namespace needleforce::laws

@@ -17,6 +17,10 @@ namespace needleforce::online {
 /// A value with its standard deviation, and that of the prior.
 struct Learnt {
   double value = 0.0, sd = 0.0, before = 0.0;
+  void check(StateCheck& check, const char* part, double most = largest_in_a_state) const noexcept {
+    check.numbers(part, *this, most);
+    check.number(part, sd, 0.0, most);
+  }
 };
 
 /// Innovations over the last readings: larger than a stated rate allows, they are of another tissue.

@@ -23,13 +23,8 @@ inline void add(Fingerprint& print, const LayerPrior& layer) noexcept {
 }
 /// The tip and the shank, by the force that they make.
 inline void add(Fingerprint& print, const laws::TipContact::Prepared& contact) noexcept {
-  print.add(static_cast<std::uint64_t>(contact.count));
-  for (std::size_t k = 0; k < contact.count; ++k) {
-    print.add(contact.edge[k]);
-    for (const double coefficient : contact.block[k]) print.add(coefficient);
-  }
-  print.add(contact.last_force);
-  print.add(contact.last_slope);
+  print.add(contact.modulus);
+  contact.table.each([&](double number) { print.add(number); });
 }
 template <class Settings>
 void add_settings(Fingerprint& print, const Settings& settings) noexcept {

@@ -20,7 +20,7 @@ struct LayerLearnt {
   bool touched = false, pierced = false;
 
   void check(StateCheck& check) const noexcept {
-    for (const Learnt& known : {modulus, cutting, friction}) check.numbers("layers", known);
+    for (const Learnt& known : {modulus, cutting, friction}) known.check(check, "layers");
     check.numbers("layers", std::array{top, puncture_depth, puncture_force}, 1e9);
     check.number("layers", remaining, 0.0, 1.0);
     check.number("layers", probability, 0.0, 1.0);
@@ -191,7 +191,7 @@ class TissueLearnt {
     law.check(check);
     check.require("layers", left_ <= most_layers);
     for (const bool* flag : {&inside_, &power_known_}) check.flag("layers", *flag);
-    check.numbers("layers", surface_, 1e15);
+    surface_.check(check, "layers", 1e15);
     check.number("layers", noise_, 0.0, 1e9);
     check.numbers("layers", std::array{rise_, late_since_}, 1e15);
     for (const LayerLearnt& each : layers_) each.check(check);

@@ -20,6 +20,8 @@ struct BluntedCone {
   double tip_radius;
   double transition_radius;  // 0: R_t cot(alpha)
 
+  bool operator==(const BluntedCone&) const = default;
+
   static constexpr const char* name = "blunted_cone";
   static constexpr const char* summary = "Cone with a rounded apex.";
   static constexpr std::array<Parameter<BluntedCone>, 3> table{{

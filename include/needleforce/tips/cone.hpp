@@ -15,6 +15,8 @@ namespace needleforce::tips {
 struct Cone {
   double half_angle;
 
+  bool operator==(const Cone&) const = default;
+
   static constexpr const char* name = "cone";
   static constexpr const char* summary = "Cone with its apex on the needle's axis.";
   static constexpr std::array<Parameter<Cone>, 1> table{{

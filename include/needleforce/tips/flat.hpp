@@ -12,6 +12,8 @@ namespace needleforce::tips {
 struct Flat {
   double radius;
 
+  bool operator==(const Flat&) const = default;
+
   static constexpr const char* name = "flat";
   static constexpr const char* summary = "Flat face across the axis.";
   static constexpr std::array<Parameter<Flat>, 1> table{{

@@ -24,6 +24,8 @@ struct LancetBevel {
   double half_angle;
   BevelEquivalence equivalence = BevelEquivalence::paper_half_angle;
 
+  bool operator==(const LancetBevel&) const = default;
+
   static constexpr const char* name = "lancet_bevel";
   static constexpr const char* summary = "Bevel of a lancet, taken as an equivalent cone.";
   static constexpr std::array<Parameter<LancetBevel>, 1> table{{

@@ -13,6 +13,8 @@ namespace needleforce::tips {
 struct Paraboloid {
   double radius;
 
+  bool operator==(const Paraboloid&) const = default;
+
   static constexpr const char* name = "paraboloid";
   static constexpr const char* summary = "Paraboloid of revolution, a sphere close to its pole.";
   static constexpr std::array<Parameter<Paraboloid>, 1> table{{

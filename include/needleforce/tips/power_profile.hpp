@@ -16,6 +16,8 @@ struct PowerProfile {
   double reference_radius;
   double reference_height;
 
+  bool operator==(const PowerProfile&) const = default;
+
   static constexpr const char* name = "power_profile";
   static constexpr const char* summary =
       "Power of the radius: 1 a cone, 2 a paraboloid, higher ever blunter.";

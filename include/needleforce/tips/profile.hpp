@@ -18,6 +18,8 @@ struct Profile {
   std::array<double, capacity> rise{};    // height at each knot
   int count = 0;
 
+  bool operator==(const Profile&) const = default;
+
   static constexpr const char* name = "profile";
   static constexpr const char* summary = "Profile measured at up to 32 radii, straight in between.";
 

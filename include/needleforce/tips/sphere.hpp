@@ -15,6 +15,8 @@ namespace needleforce::tips {
 struct Sphere {
   double radius;
 
+  bool operator==(const Sphere&) const = default;
+
   static constexpr const char* name = "sphere";
   static constexpr const char* summary = "Exact sphere, of which half is the tip.";
   static constexpr std::array<Parameter<Sphere>, 1> table{{

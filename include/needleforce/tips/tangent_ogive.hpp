@@ -16,6 +16,8 @@ struct TangentOgive {
   double radius;
   double length;
 
+  bool operator==(const TangentOgive&) const = default;
+
   static constexpr const char* name = "tangent_ogive";
   static constexpr const char* summary = "Arc of a circle turned about the axis, tangent to the shank.";
   static constexpr std::array<Parameter<TangentOgive>, 2> table{{

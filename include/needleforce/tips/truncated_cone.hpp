@@ -16,6 +16,8 @@ struct TruncatedCone {
   double half_angle;
   double flat_radius;
 
+  bool operator==(const TruncatedCone&) const = default;
+
   static constexpr const char* name = "truncated_cone";
   static constexpr const char* summary = "Cone cut off across its axis.";
   static constexpr std::array<Parameter<TruncatedCone>, 2> table{{

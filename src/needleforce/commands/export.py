@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""``needleforce export``: a model as a C++ or C header of constants, for a controller without file access."""
+"""``needleforce export``: a model as a C++ or C header of constants, for a controller without file access, or as an
+FMU."""
 
 from pathlib import Path
 from typing import Annotated
@@ -14,23 +15,33 @@ NAME_HELP = "Name of the constant; default: the name of the file or preset."
 
 def run(
     model: Annotated[str, typer.Argument(help=MODEL_HELP, show_default=False)],
-    language: Annotated[str, typer.Option(help="c++ or c for a header, c# or json.")] = "c++",
+    language: Annotated[
+        str, typer.Option(help="c++ or c for a header, c# or json; fmu for FMI 3.0 co-simulation.")
+    ] = "c++",
     name: Annotated[str | None, typer.Option(help=NAME_HELP)] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write; default: print it.")] = None,
 ) -> None:
-    """Write a model as a C++ or C header of constants, for a controller without file access, as C# or as JSON."""
-    from ..export import header, identifier, model_source
+    """Write a model as a C++ or C header of constants, for a controller without file access, as C#, JSON or an FMU."""
+    from ..errors import InputError
+    from ..export import fmu, header, identifier, model_source
     from ..files import atomic_write
 
     check_outputs([output], [model])
     found = model_source(model)
-    text = header(found.model, language, identifier(found.name) if name is None else name, found.sources)
+    name = identifier(found.name) if name is None else name
+    if language == "fmu" and output is None:
+        raise InputError("--output", "missing", "needed for an FMU", next_step=f"Add -o {name}.fmu.")
+    made = (
+        fmu(found.model, name, found.sources)
+        if language == "fmu"
+        else header(found.model, language, name, found.sources)
+    )
     for line in found.sources:
         if line.startswith("Warning: "):
             say(line)
     if output is None:
-        show(text.removesuffix("\n"))
+        show(str(made).removesuffix("\n"))
         return
     with atomic_write(output) as file:
-        file.write(text)
+        file.buffer.write(made if isinstance(made, bytes) else made.encode())
     say(f"{output}: {found.model.name}, layers: {len(found.model.layers)}")

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from .. import core
 from ..checks import instance_of
 from ..errors import InputError
+from .engine_batch import EngineBatch
 from .model import Model
 
 _NUMBERS = ("depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth")
@@ -92,9 +93,31 @@ class InsertionBatch(core.InsertionBatch):
             raise InputError("threads", threads, "less than 1")
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
         super().__init__([model.stack for model in each], count if alone else None, limits, bevel or core.Bevel())
-        self.models, self.threads = tuple(each), int(threads)
+        self.threads, self._models = int(threads), each
         limited = {"max_speed": max_speed, "hold_time": hold_time, "depth_noise": depth_noise}
-        self._made_from = models, n, {**limited, "bevel": bevel, "threads": threads}
+        self._options = {**limited, "bevel": bevel, "threads": threads}
+
+    @property
+    def models(self) -> tuple[Model, ...]:
+        """The model of all, or that of each member."""
+        return tuple(self._models)
+
+    @staticmethod
+    def of(engines: Sequence[Any], threads: int = 1) -> EngineBatch:
+        """Needles that bend, or condensed solids, as members: ``of([nf.FlexibleInsertion(…) for each in range(100)])``.
+
+        Parameters
+        ----------
+        engines : sequence
+            ``FlexibleInsertion`` or ``fe.CondensedInsertion``, each another object.
+        threads : int
+            How many may run at the same time.
+
+        Returns
+        -------
+        EngineBatch
+        """
+        return EngineBatch(engines, threads)
 
     def step(self, depths: ArrayLike, velocities: ArrayLike | None, dt: ArrayLike) -> BatchSample:
         """One cycle of all members; never raises but for arrays of another length.
@@ -140,10 +163,31 @@ class InsertionBatch(core.InsertionBatch):
         """Some members, or all, back to before the first contact; ``members`` are their places, or a mask (n,)."""
         self._reset(self._places(members))
 
+    def replace(self, member: int, model: Model) -> None:
+        """Another model for a member, which is then before its first contact; the others continue.
+
+        Parameters
+        ----------
+        member : int
+            Its place, from 0.
+        model : Model
+            If its laws do not allow several members at a time, all are stepped one after the other from now on.
+
+        Raises
+        ------
+        InputError
+            If there is no such member or the model is invalid: nothing changes.
+        """
+        instance_of("model", model, Model, "Give nf.preset(…) or nf.Model(…).")
+        self._replace(int(member), model.stack)
+        if len(self._models) == 1:
+            self._models = self._models * len(self)
+        self._models[int(member)] = model
+
     def snapshot(self) -> "InsertionBatch":
         """A copy with its state, which can be stepped independently or passed to ``restore``."""
-        models, n, options = self._made_from
-        copy = InsertionBatch(models, n, **options)
+        alone = len(self._models) == 1
+        copy = InsertionBatch(self._models[0] if alone else self._models, len(self), **self._options)
         copy._restore(self, None)
         return copy
 

@@ -15,6 +15,7 @@ from ..display.result import Printed
 from ..display.tables import PARAMETER_HEAD, named_rows
 from ..errors import InputError
 from ..references import citations
+from .force_gradient import ForceGradient, force_gradient
 from .laws import FAMILIES
 from .named_models import laws_with_values, named_model
 from .validity import crossed_limits
@@ -216,6 +217,31 @@ class Model(Printed):
         out = np.empty_like(depth) if out is None else out
         self.laws.sliding_force(depth, velocity, out)
         return out
+
+    def force_gradient(self, depth: ArrayLike, time: ArrayLike, by: Sequence[str] | str | None = None) -> ForceGradient:
+        """The force along a motion, with memory, and its derivatives by the parameters of every law.
+
+        They come from the steps of an ``Insertion`` and hold through contact, puncture, reversal and rest.
+
+        Parameters
+        ----------
+        depth, time : array_like, shape (n,)
+            Depth of the tip past the undeformed surface [m], and time [s].
+        by : sequence of str, optional
+            Names such as ``"friction.per_length"``, of several layers ``"layer 2 friction.per_length"``; the default is
+            every parameter.
+
+        Returns
+        -------
+        ForceGradient
+            With ``force``, ``by``, ``gradient`` and ``events``.
+
+        Raises
+        ------
+        InputError
+            If the motion is not possible, or no law has the parameter: the message lists those that are there.
+        """
+        return force_gradient(self.stack, depth, time, by)
 
     def plot(self, axes: Any = None, *, depth: float | None = None, speed: float = 3e-3) -> Any:
         """Draw the force of an insertion and its withdrawal over depth, with its parts during insertion.

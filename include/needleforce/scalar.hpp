@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// The number that a law computes with: a double, or one that carries derivatives (dual.hpp). The laws call
+// these functions without `std::`, so that each kind of number finds its own.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <type_traits>
+
+namespace needleforce {
+
+using std::abs, std::exp, std::expm1, std::log, std::log1p, std::sqrt, std::pow, std::copysign;
+using std::atanh, std::sinh, std::tan, std::tanh;
+using std::clamp, std::max, std::min;
+
+/// The plain number.
+constexpr double value_of(double number) noexcept { return number; }
+
+/// Where `miss`, which grows by `slope`, is zero: `root`, found by its value. A number with derivatives gets
+/// those of the implicit function.
+constexpr double implied(double root, double, double) noexcept { return root; }
+
+/// No less than `low`; a number that is raised keeps its derivatives.
+constexpr double at_least(double number, double low) noexcept { return max(number, low); }
+
+/// False for numbers that carry derivatives.
+template <class Real>
+inline constexpr bool is_plain = std::is_same_v<Real, double>;
+
+}  // namespace needleforce

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// The contact of any tip on a shank as a table, made before the loop: one serves all layers that the needle
+// enters, whatever their moduli.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "contact.hpp"
+#include "tip.hpp"
+
+namespace needleforce {
+
+/// F(h) for a reduced modulus of 1, by Sneddon's integrals. F is a polynomial of the fifth degree in u =
+/// sqrt(h) on each of 40 blocks, which meets F and dF/du = 4 a u at both ends and the middle; the block with
+/// the largest error is halved until there are 40. Kept are these values, two thirds of the coefficients'
+/// bytes. Slope and energy belong to that F exactly.
+class TipTable {
+ public:
+  TipTable() = default;
+  TipTable(const Tip& tip, double shank_radius) noexcept {
+    dispatch(tip, [&](const auto& shape) { tabulate(shape, shank_radius); });
+  }
+
+  double force(double h) const noexcept {
+    const double u = std::sqrt(h), end = last_root();
+    if (u >= end) return last_force() + last_slope() * (h - end * end);
+    const std::size_t k = find(u);
+    return block(k).value(u - edge_[k]);
+  }
+  double slope(double h) const noexcept {
+    const double u = std::sqrt(h);
+    if (u >= last_root()) return last_slope();
+    const std::size_t k = find(u);
+    return block(k).by_depth(u - edge_[k], u);
+  }
+  /// Sums the blocks above: for a puncture, not for every step.
+  double energy(double h) const noexcept {
+    const double u = std::sqrt(h), end = last_root(), beyond = h - end * end;
+    const std::size_t k = u >= end ? count_ : find(u);
+    double sum = 0.0;
+    for (std::size_t i = 0; i < k; ++i) sum += block(i).work(edge_[i], edge_[i + 1] - edge_[i]);
+    if (k == count_) return sum + beyond * (last_force() + 0.5 * last_slope() * beyond);
+    return sum + block(k).work(edge_[k], u - edge_[k]);
+  }
+  double indentation(double force) const noexcept {
+    const double end = last_root() * last_root();
+    if (force >= last_force()) return end + (force - last_force()) / last_slope();
+    std::size_t k = 0;
+    while (k + 1 < count_ && node_[2 * (k + 1)].force <= force) ++k;
+    const Block inside = block(k);
+    const auto miss = [&](double x) { return inside.value(x) - force; };
+    const double u = sneddon::detail::root(miss, 0.0, edge_[k + 1] - edge_[k], 0.0) + edge_[k];
+    return u * u;
+  }
+  /// Root of the depth [m^(1/2)] from which F is straight, and F there [m^2].
+  double last_root() const noexcept { return edge_[count_]; }
+  double last_force() const noexcept { return node_[2 * count_].force; }
+  double last_slope() const noexcept { return node_[2 * count_].by_root / (2.0 * last_root()); }
+  /// Calls `visit` with every number that the table consists of.
+  template <class Visit>
+  void each(Visit visit) const noexcept {
+    for (std::size_t k = 0; k <= count_; ++k) visit(edge_[k]);
+    for (std::size_t k = 0; k <= 2 * count_; ++k) visit(node_[k].force), visit(node_[k].by_root);
+  }
+
+ private:
+  static constexpr std::size_t capacity = 40;
+  /// F [m^2] and dF/du [m^(3/2)].
+  struct Node {
+    double force, by_root;
+  };
+  /// F over x = u - edge as a polynomial of t = x / width, its coefficients from the constant on [m^2].
+  struct Block {
+    double per_width;
+    std::array<double, 6> c;
+
+    double value(double x) const noexcept {
+      const double t = x * per_width;
+      return c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))));
+    }
+    /// dF/dh = dF/du / (2 u); at the very surface its limit.
+    double by_depth(double x, double u) const noexcept {
+      const double t = x * per_width;
+      if (!(u > 0.0)) return c[2] * per_width * per_width;
+      const double by_t = c[1] + t * (2.0 * c[2] + t * (3.0 * c[3] + t * (4.0 * c[4] + t * 5.0 * c[5])));
+      return by_t * per_width / (2.0 * u);
+    }
+    /// Integral of F dh = 2 u F du from the left edge.
+    double work(double left, double x) const noexcept {
+      const double t = x * per_width;
+      double sum = 0.0;
+      for (std::size_t n = c.size(); n > 0; --n) {
+        const auto power = static_cast<double>(n);
+        sum = 2.0 * c[n - 1] * (left / power + x / (power + 1.0)) + t * sum;
+      }
+      return x * sum;
+    }
+  };
+  /// The quintic through force and derivative at 0, w/2 and w.
+  static Block quintic(double w, const Node& left, const Node& middle, const Node& right) noexcept {
+    const double a = w * left.by_root, d = right.force - left.force, b = w * right.by_root;
+    // what the cubic through the ends leaves at the middle, of value and derivative
+    const double value = middle.force - left.force - 0.5 * d - 0.125 * (a - b);
+    const double by = w * middle.by_root - 1.5 * d + 0.25 * (a + b);
+    // t^2 (1-t)^2 (p + q (t - 1/2)): 1/16 at the middle, its derivative q/16
+    const double p = 16.0 * value, q = 16.0 * by, e = p - 0.5 * q;
+    return {1.0 / w,
+            {left.force, a, 3.0 * d - 2.0 * a - b + e, a + b - 2.0 * d - 2.0 * e + q, e - 2.0 * q, q}};
+  }
+  Block block(std::size_t k) const noexcept {
+    return quintic(edge_[k + 1] - edge_[k], node_[2 * k], node_[2 * k + 1], node_[2 * k + 2]);
+  }
+  /// The block whose left edge is at or below u, in a fixed number of steps.
+  std::size_t find(double u) const noexcept {
+    std::size_t k = 0;
+    for (const std::size_t step : {32u, 16u, 8u, 4u, 2u, 1u})
+      if (k + step < count_ && edge_[k + step] <= u) k += step;
+    return k;
+  }
+
+  template <class TipShape>
+  static Node node(const TipShape& shape, double u, double limit) noexcept {
+    if (!(u > 0.0)) return {0.0, 0.0};
+    const Reach reach = reach_at_depth(shape, u * u, limit);
+    return {reach.force, 4.0 * reach.contact_radius * u};
+  }
+  struct Fitted {
+    double from, to;  // u
+    Node left, middle, right;
+    double error;
+  };
+  template <class TipShape>
+  static Fitted fitted(const TipShape& shape, double from, double to, const Node& left, const Node& right,
+                       double limit, double scale) noexcept {
+    Fitted block{from, to, left, node(shape, 0.5 * (from + to), limit), right, 0.0};
+    const Block polynomial = quintic(to - from, left, block.middle, right);
+    for (const double t : {0.2, 0.8}) {
+      const double x = t * (to - from);
+      const Node at = node(shape, from + x, limit);
+      const double miss = std::abs(polynomial.value(x) - at.force);
+      // between the error of the whole and that of the force there
+      block.error = std::max(block.error, miss / std::sqrt(at.force * scale));
+    }
+    return block;
+  }
+
+  /// Roots of the depths at which the contact reaches a break of the profile, and of the last one, in
+  /// ascending order.
+  template <class TipShape>
+  static std::size_t starts(const TipShape& shape, double limit,
+                            std::array<double, capacity + 1>& u) noexcept {
+    std::size_t n = 0;
+    u[n++] = 0.0;
+    for (const double b : shape.breaks())
+      if (b > shape.flat() && b < limit) {
+        const double at = std::sqrt(sneddon::depth(shape, b));
+        if (at > u[n - 1]) u[n++] = at;
+      }
+    const double end = sneddon::is_tangent<TipShape>() ? std::min(limit, shape.end() * (1.0 - 1e-9)) : limit;
+    const double last = std::sqrt(sneddon::depth(shape, end));
+    // a flat face saturates at once: one block of any width is exact
+    u[n] = last > u[n - 1] ? last : u[n - 1] + std::sqrt(limit);
+    return n;
+  }
+
+  template <class TipShape>
+  void tabulate(const TipShape& shape, double shank_radius) noexcept {
+    const double limit = saturation_radius(shape, shank_radius);
+    std::array<double, capacity + 1> u{};
+    std::array<Fitted, capacity> blocks{};
+    std::size_t count = starts(shape, limit, u);
+    const double scale = node(shape, u[count], limit).force;
+    for (std::size_t k = 0; k < count; ++k)
+      blocks[k] =
+          fitted(shape, u[k], u[k + 1], node(shape, u[k], limit), node(shape, u[k + 1], limit), limit, scale);
+    while (count < capacity) {
+      const auto end = blocks.begin() + static_cast<std::ptrdiff_t>(count);
+      const auto worst = std::max_element(blocks.begin(), end,
+                                          [](const Fitted& a, const Fitted& b) { return a.error < b.error; });
+      if (!(worst->error > 1e-15)) break;
+      const Fitted whole = *worst;
+      const double middle = 0.5 * (whole.from + whole.to);
+      std::move_backward(worst + 1, end, end + 1);
+      worst[0] = fitted(shape, whole.from, middle, whole.left, whole.middle, limit, scale);
+      worst[1] = fitted(shape, middle, whole.to, whole.middle, whole.right, limit, scale);
+      ++count;
+    }
+    count_ = count;
+    for (std::size_t k = 0; k < count; ++k) {
+      edge_[k] = blocks[k].from;
+      node_[2 * k] = blocks[k].left;
+      node_[2 * k + 1] = blocks[k].middle;
+    }
+    edge_[count] = blocks[count - 1].to;
+    node_[2 * count] = blocks[count - 1].right;
+  }
+
+  std::array<double, capacity + 1> edge_{};    // u at the ends of the blocks [m^(1/2)]
+  std::array<Node, 2 * capacity + 1> node_{};  // at the ends of the blocks and in their middles
+  std::size_t count_ = 0;
+};
+
+}  // namespace needleforce

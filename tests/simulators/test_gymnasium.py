@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The environments follow Gymnasium's rules, seeds decide everything, and a script succeeds where chance does not."""
+
+import warnings
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.vector import AutoresetMode
+
+import needleforce as nf
+from needleforce.simulators.environments import MAX_STEPS, NeedleEnv, NeedleVectorEnv
+from needleforce.simulators.policies import policy, successes
+
+TASKS = ("insert", "find", "hold")
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_gymnasium_accepts_it(task):
+    one = gymnasium.make(f"needleforce/{task.capitalize()}-v0")
+    check_env(one.unwrapped)
+    many = gymnasium.make_vec(
+        f"needleforce/{task.capitalize()}-v0", num_envs=3, vectorization_mode="vector_entry_point"
+    )
+    seen, _ = many.reset(seed=5)
+    assert many.observation_space.contains(seen) and many.metadata["autoreset_mode"] is AutoresetMode.NEXT_STEP
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_member_is_the_single_environment_of_its_seed_through_its_first_episodes(task):
+    """Gymnasium's own vector of single environments has the same numbers, resets included."""
+    many, theirs = NeedleVectorEnv(task, 4), gymnasium.vector.SyncVectorEnv([lambda: NeedleEnv(task)] * 4)
+    scripted, random = policy("scripted", task, 4), np.random.default_rng(2)
+    begun, ended = np.ones(4, dtype=bool), 0
+    seen = many.reset(seed=11)[0]
+    np.testing.assert_array_equal(seen, theirs.reset(seed=11)[0])
+    for _ in range(MAX_STEPS + 150):
+        actions = np.clip(scripted(seen, begun) + random.normal(0.0, 0.02, (4, 1)), -1.0, 1.0).astype(np.float32)
+        ours, others = many.step(actions), theirs.step(actions)
+        for mine, other in zip(ours[:4], others[:4]):
+            np.testing.assert_array_equal(mine, other)
+        seen, begun = ours[0], ours[2] | ours[3]
+        ended += begun.sum()
+        np.testing.assert_array_equal(ours[4].get("success", begun & False), others[4].get("success", begun & False))
+    assert ended >= 4
+    theirs.close()
+
+
+def test_the_three_ways_to_begin_again():
+    actions = np.ones((2, 1), dtype=np.float32)
+    at_once = NeedleVectorEnv("find", 2, autoreset_mode=AutoresetMode.SAME_STEP)
+    by_hand = NeedleVectorEnv("find", 2, autoreset_mode=AutoresetMode.DISABLED)
+    at_once.reset(seed=1)
+    by_hand.reset(seed=1)
+    ends = np.zeros(2, dtype=bool)
+    while not ends.any():
+        one, other = at_once.step(actions), by_hand.step(actions)
+        ends = other[2] | other[3]
+    first = int(ends.argmax())
+    np.testing.assert_array_equal(one[4]["final_obs"][first], other[0][first])
+    with pytest.raises(nf.InputError, match=f"needle {first}.*its episode has ended"):
+        by_hand.step(actions)
+    begun = by_hand.reset(options={"reset_mask": ends})[0]
+    np.testing.assert_array_equal(begun, one[0])
+
+
+def test_after_the_end_and_other_input_that_is_refused():
+    env = NeedleEnv("insert", models=["paper"])
+    env.reset(seed=3)
+    for _ in range(MAX_STEPS):
+        *_, over, cut, infos = env.step(np.zeros(1, dtype=np.float32))
+    assert cut and not over and infos == {"success": False}
+    without = nf.preset("paper").replace(puncture=nf.laws.PunctureDepth(depth=0.0))
+    for wrong, words in (
+        (lambda: env.step(np.zeros(1)), r"reset\(\)"),
+        (lambda: NeedleVectorEnv("cut"), "insert, find, hold"),
+        (lambda: NeedleVectorEnv(models=["papyrus"]), "paper"),
+        (lambda: NeedleVectorEnv(models=[]), "at least one model"),
+        (lambda: NeedleVectorEnv("find", models=[without]).reset(), "without a layer that breaks"),
+        (lambda: NeedleVectorEnv(num_envs=2).step(np.zeros(2)), r"not \(2, 1\)"),
+        (lambda: NeedleVectorEnv(num_envs=2).step(np.full((2, 1), np.nan)), "outside -1 to 1"),
+        (lambda: NeedleVectorEnv(num_envs=2).reset(options={"reset_mask": np.ones(3, bool)}), "reset_mask"),
+        (lambda: NeedleEnv(render_mode="human"), "nothing is drawn"),
+    ):
+        with pytest.raises(nf.InputError, match=words):
+            wrong()
+
+
+@pytest.mark.parametrize("task", TASKS)
+def test_a_script_succeeds_where_chance_does_not(task):
+    share = {name: successes(NeedleVectorEnv(task, 100), policy(name, task, 100), 7) for name in ("random", "scripted")}
+    assert share["random"][0] <= 0.05 and share["scripted"][0] >= 0.98
+    assert share["scripted"][1] > share["random"][1]
+
+
+def test_no_needles_and_models_of_fits(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        none = NeedleVectorEnv("insert", 0)
+    assert none.reset(seed=1)[0].shape == (0, 6) and none.step(np.zeros((0, 1)))[1].shape == (0,)
+    path = tmp_path / "mine.toml"
+    shipped = nf.preset("paper")
+    many = NeedleVectorEnv("insert", 50, models=[shipped, "stribeck"])
+    many.reset(seed=1)
+    assert {model.name for model in many.batch.models} == {shipped.name, nf.preset("stribeck").name}
+    with pytest.raises(nf.InputError, match=r"mine\.toml"):
+        NeedleVectorEnv(models=[str(path)])

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: Apache-2.0
+"""The function for Warp has the engine's numbers on the processor, in both precisions, and pushes in MuJoCo Warp. Too
+heavy for every run: make test-hosts."""
+
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import needleforce as nf
+
+wp = pytest.importorskip("warp", reason="Warp is not installed: make test-hosts")
+DT, N = 2e-3, 7
+
+
+@pytest.fixture(scope="module")
+def needles():
+    from needleforce.simulators import warp
+
+    wp.config.quiet = True
+    return warp.Needles
+
+
+def models():
+    paper, layered = nf.preset("paper"), nf.preset("layered")
+    deeper = layered.deeper[0]
+    several = layered.replace(deeper=(deeper, deeper.replace(top=17e-3), deeper.replace(top=24e-3)))
+    wide = paper.replace(friction=nf.laws.Coulomb(per_length=25.0, presliding=2e-3, dimple_ratio=0.7))
+    return {
+        "paper": paper,
+        "wide": wide,
+        "physical": nf.preset("physical"),
+        "by_energy": nf.preset("paper_by_energy"),
+        "pulled": paper.replace(cutting=nf.laws.NoCutting()),
+        "layered": layered,
+        "elastic": nf.Model(**dict(zip(("stiffness", "puncture", "friction", "cutting"), layered.layers[0].parts))),
+        "four_layers": several,
+    }
+
+
+def motions(real):
+    """In, at rest, out of the tissue and in again, each at its own speed, with leaps and what is no number."""
+    speeds = np.repeat([8e-3, 0.0, -6e-3, 11e-3, -20e-3, 12e-3], 500)[:, None] * np.linspace(0.6, 1.6, N)
+    depths = -1e-3 + np.cumsum(speeds, axis=0) * DT
+    depths[700, 1], depths[1800, 2], depths[40, 3] = np.nan, 0.8, np.inf
+    return depths.astype(np.float32).astype(float) if real is wp.float32 else depths
+
+
+@pytest.mark.parametrize("real, tolerance", [(wp.float64, 1e-9), (wp.float32, 1e-5)], ids=["float64", "float32"])
+@pytest.mark.parametrize("name", models())
+def test_it_has_the_forces_of_the_engine(needles, name, real, tolerance):
+    model, depths = models()[name], motions(real)
+    expected = nf.InsertionBatch(model, N).run(depths, DT)
+    many = needles(model, N, real=real)
+    found = np.array([many.step(row, DT).numpy().copy() for row in depths])
+    assert np.abs(expected).max() > 0.1 and np.any(expected < 0.0)
+    np.testing.assert_allclose(found, expected, rtol=0.0, atol=tolerance * np.abs(expected).max())
+    many.reset()
+    assert np.all(many.step(depths[0], DT).numpy() == found[0])
+
+
+def test_a_model_for_each_and_what_is_refused(needles):
+    three = [nf.preset("paper"), nf.preset("layered"), nf.preset("physical")]
+    depths = motions(wp.float64)[:1500, [0, 4, 5]]
+    many = needles(three)
+    found = np.array([many.step(row, DT).numpy().copy() for row in depths])
+    np.testing.assert_allclose(found, nf.InsertionBatch(three).run(depths, DT), rtol=0.0, atol=1e-9)
+    assert len(needles(three[0], 0).step(np.zeros(0), DT)) == 0
+    for wrong, words in (
+        (lambda: needles(nf.preset("lugre"), 2), "lugre.*InsertionBatch, which has every law"),
+        (lambda: needles(three, 2), "not the number of models, 3"),
+        (lambda: needles("paper", 2), "model 0"),
+        (lambda: many.step(np.zeros(2), DT), "the shape of depths"),
+        (lambda: needles(three, max_speed=0.0), "max_speed"),
+    ):
+        with pytest.raises(nf.InputError, match=words):
+            wrong()
+
+
+def test_the_example_in_mujoco_warp(root, tmp_path):
+    """Friction and cutting of the paper at the depth that the servo holds."""
+    pytest.importorskip("mujoco_warp", reason="MuJoCo Warp is not installed: make test-hosts")
+    done = subprocess.run(
+        [sys.executable, root / "examples" / "needles_in_warp.py"], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    depth, force = map(float, re.search(r"paper: ([\d.]+) mm deep, ([\d.]+) N", done.stdout).groups())
+    assert 19.0 < depth < 20.1 and force == pytest.approx(18.6e-3 * depth + 0.0776, abs=2e-4)
