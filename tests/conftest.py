@@ -30,7 +30,7 @@ ALL_REPETITIONS = pytest.StashKey[bool]()  # of a test, and of the run what the 
 # each has a fixture that takes long to make: a campaign, an installed package, a plugin, a browser with its server
 ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators", "studio"))
 # nine tenths of the time: in a run for a share each of their tests has its turn in one of so many shares
-TURNS = 3
+TURNS = 5
 _LONG = "campaign commands fe identification mechanics packaging recordings report simulators steering studies studio"
 BY_TURNS = tuple(f"tests/{folder}/" for folder in _LONG.split())
 # files that take long: at the end, one process would wait for the other
@@ -41,7 +41,7 @@ def pytest_addoption(parser):
     parser.addoption("--lines", action="store_true", help="a line every five seconds instead of dots")
     parser.addoption("--long", action="store_true", help="only the tests that repeat themselves, with all repetitions")
     share = (
-        f"all repetitions for one of {SHARES} shares, from 1; of the long folders a third; with --long only the first"
+        f"all repetitions for one of {SHARES} shares, from 1; of the long folders a fifth; with --long only the first"
     )
     parser.addoption("--share", type=int, default=0, help=share)
 

@@ -93,11 +93,13 @@ def trace(root, tmp_path_factory, request):
 
     def of(face: str) -> dict:
         if face not in outputs:
-            run = [*command[face](), *(rigid if face == "octave" else cases)]
+            given = rigid if face == "octave" else cases
+            run = [*command[face](), *given]
             first, again = (subprocess.run(run, capture_output=True, text=True, check=True).stdout for _ in range(2))
             assert first == again, f"{face} gives other bits the second time"
             parts = [part.splitlines() for part in first.split("case ")[1:]]
             outputs[face] = {re.search(r"(\w+)\.txt", path).group(1): lines for path, *lines in parts}
+            assert outputs[face].keys() == {case.stem for case in given}
         return outputs[face]
 
     return of
@@ -135,7 +137,6 @@ def bent_units(numbers: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("face", FACES[1:])
 def test_every_face_gives_the_same_insertion(trace, face):
     ours, theirs = trace("c++"), trace(face)
-    assert theirs.keys() == ours.keys() or (face == "octave" and len(theirs) == 26)
     for case, lines in theirs.items():
         numbers, words = steps(ours[case])
         others, other_words = steps(lines)
