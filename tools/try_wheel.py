@@ -57,8 +57,9 @@ def contents_faults(wheel: Path) -> list[str]:
     made = re.compile(r"core\.[\w.-]+$|core/|(.*/)?__pycache__/")
     wanted = {f"needleforce/{each}" for each in (*STUBS, *(each for each in sources if not made.match(each)))}
     if modules:  # CMake puts both there: the module, and what an exported FMU is compiled from
-        library = (each for folder in ("include", "bindings/c") for each in (ROOT / folder).rglob("*") if each.is_file())
-        wanted |= {f"needleforce/export/c_library/{each.relative_to(ROOT).as_posix()}" for each in library}
+        library = (each for folder in ("include", "bindings/c") for each in (ROOT / folder).rglob("*"))
+        paths = (each.relative_to(ROOT).as_posix() for each in library if each.is_file())
+        wanted |= {f"needleforce/export/c_library/{each}" for each in paths}
     licences = {each.split("/licenses/")[1] for each in information if "/licenses/" in each}
     texts = {"LICENSE", *(f"licenses/{each.name}" for each in (ROOT / "licenses").iterdir())}
     faults = [f"{each} is not inside" for each in sorted(wanted - inside)]

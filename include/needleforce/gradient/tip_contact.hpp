@@ -63,8 +63,8 @@ struct DualTipContact {
   struct Shared {
     Number modulus, radius;
     double saturation;
-    OnTable<const TipTable&> on(const TipTable& table) const noexcept {
-      return {modulus, radius, saturation, table};
+    OnTable<const TipTable&> on(const TipTable& given) const noexcept {
+      return {modulus, radius, saturation, given};
     }
   };
   Prepared prepare() const noexcept {

@@ -56,7 +56,7 @@ struct TipContact {
   /// What a layer keeps: the insertion has the table.
   struct Shared {
     double modulus;  // reduced [Pa]
-    OnTable<const TipTable&> on(const TipTable& tip) const noexcept { return {modulus, tip}; }
+    OnTable<const TipTable&> on(const TipTable& given) const noexcept { return {modulus, given}; }
   };
   Shared shared() const noexcept { return {reduced_modulus}; }
 

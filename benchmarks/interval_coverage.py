@@ -2,7 +2,7 @@
 """How often the 95 % intervals of ``nf.identify`` hold the truth, with an unknown zero of the force and noise of the
 depth: simulated insertions of the paper's specimen, white or averaged noise of the force.
 
-    python benchmarks/coverage.py --runs 1000
+    python benchmarks/interval_coverage.py --runs 1000
 """
 
 import argparse
