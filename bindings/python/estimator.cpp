@@ -21,17 +21,9 @@ using bending::SpatialInsertion;
 using bending::TipEstimate;
 using bending::TipEstimator;
 
-using Rows = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+using Pairs = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
 
-template <std::size_t n>
-Output as_array(const std::array<double, n>& values) {
-  double* data;
-  Output array = new_array(n, data);
-  std::copy(values.begin(), values.end(), data);
-  return array;
-}
-
-void expect(TipEstimator& self, const Rows& errors, double spacing) {
+void expect(TipEstimator& self, const Pairs& errors, double spacing) {
   std::vector<TipEstimator::Plane> nodes(errors.shape(0));
   for (std::size_t k = 0; k < nodes.size(); ++k) nodes[k] = {errors.data()[2 * k], errors.data()[2 * k + 1]};
   if (!self.expect(nodes, spacing))
@@ -47,13 +39,13 @@ Output modes_of(const TipEstimator& self) {
   return array;
 }
 
-nb::ndarray<nb::numpy, double, nb::ndim<2>> shape_of(const TipEstimator& self) {
+Table shape_of(const TipEstimator& self) {
   std::vector<double> points;
   self.shape([&](const bending::Vector& point) { points.insert(points.end(), point.begin(), point.end()); });
-  double* data = new double[points.size()];
+  double* data;
+  auto rows = new_rows(points.size() / 3, 3, data);
   std::copy(points.begin(), points.end(), data);
-  nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
-  return nb::ndarray<nb::numpy, double, nb::ndim<2>>(data, {points.size() / 3, 3}, owner);
+  return rows;
 }
 
 }  // namespace

@@ -27,13 +27,6 @@ using bending::Section;
 
 using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-/// A new NumPy array of n rows and m columns; `data` receives its address.
-nb::ndarray<nb::numpy, double, nb::ndim<2>> new_rows(std::size_t n, std::size_t m, double*& data) {
-  data = new double[n * m];
-  nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
-  return nb::ndarray<nb::numpy, double, nb::ndim<2>>(data, {n, m}, owner);
-}
-
 bending::FlexibleSettings settings_of(const std::vector<bending::LateralLayer>& layers,
                                       const std::vector<std::array<double, 3>>& sections,
                                       const bending::Support& support, const bending::Bending& lengths,
@@ -99,7 +92,7 @@ nb::dict run(Bent<dimension, Axial>& self, const Values& depth, const Rows& late
 }
 
 template <std::size_t dimension, class Axial>
-nb::ndarray<nb::numpy, double, nb::ndim<2>> shape(const Bent<dimension, Axial>& self) {
+Table shape(const Bent<dimension, Axial>& self) {
   double* points;
   auto array = new_rows(self.shape_points(), 3, points);
   self.shape([&](const bending::Vector& point) { points = std::copy(point.begin(), point.end(), points); });
@@ -107,7 +100,7 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> shape(const Bent<dimension, Axial>& 
 }
 
 template <std::size_t dimension, class Axial>
-nb::ndarray<nb::numpy, double, nb::ndim<2>> path(const Bent<dimension, Axial>& self) {
+Table path(const Bent<dimension, Axial>& self) {
   const auto& cut = self.path();
   const std::size_t n = cut.empty() ? 0 : cut.nodes();
   double* rows;
@@ -117,14 +110,6 @@ nb::ndarray<nb::numpy, double, nb::ndim<2>> path(const Bent<dimension, Axial>& s
     rows[3 * k + 1] = dimension > 1 ? cut.node(k)[dimension - 1] : 0.0;
     rows[3 * k + 2] = cut.spacing * static_cast<double>(k);
   }
-  return array;
-}
-
-template <std::size_t n>
-Output as_array(const std::array<double, n>& values) {
-  double* data;
-  Output array = new_array(n, data);
-  std::copy(values.begin(), values.end(), data);
   return array;
 }
 

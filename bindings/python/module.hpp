@@ -5,6 +5,9 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <algorithm>
+#include <array>
+
 namespace needleforce::python {
 
 using Values = nanobind::ndarray<const double, nanobind::ndim<1>, nanobind::c_contig, nanobind::device::cpu>;
@@ -15,6 +18,23 @@ inline Output new_array(std::size_t n, double*& data) {
   data = new double[n];
   nanobind::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
   return Output(data, {n}, owner);
+}
+
+template <std::size_t n>
+Output as_array(const std::array<double, n>& values) {
+  double* data;
+  Output array = new_array(n, data);
+  std::copy(values.begin(), values.end(), data);
+  return array;
+}
+
+using Table = nanobind::ndarray<nanobind::numpy, double, nanobind::ndim<2>>;
+
+/// A new NumPy array of n rows and m columns; `data` receives its address.
+inline Table new_rows(std::size_t n, std::size_t m, double*& data) {
+  data = new double[n * m];
+  nanobind::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
+  return Table(data, {n, m}, owner);
 }
 
 void bind_tips(nanobind::module_& module);
