@@ -89,23 +89,26 @@ demo: setup  ## the paper's experiment reproduced: table, demo/report.html, demo
 	@if [ -t 2 ]; then $(BIN)/needleforce demo --out demo; else $(WATCHED) "demo" --show -- $(BIN)/needleforce demo --out demo; fi
 
 # what the Python tests need is fetched and compiled while the C++ tests are
-test: setup  ## every test; SHARE=3 with what .ci/run takes on a day of 14
+test: setup  ## every test; SHARE=3 with what .ci/run takes on a day of 28
 	@$(MAKE) --no-print-directory --jobs=3 SIDE_BY_SIDE=yes test-cpp .venv/.test-packages test-mono-octave .venv/.collected test-wasm
 	@$(MAKE) --no-print-directory test-python
 
-# With sanitizers `make proof` runs every C++ test but the long walks at each run of .ci/run. As distributions compile it, a share has a fifth of
-# the programs, with their long walks, and what is not for sanitizers; without a share all.
+# Every C++ test is run at each run of .ci/run. Of the programs a share has two fifths as distributions compile them, with their long walks and
+# what is not for sanitizers, and in `make proof` the others with sanitizers; without a share both have all.
 CXX_FIFTHS := core_tests bending_tests+plain_pair_tests solid_tests+event_tests+gradient_tests real_time_tests guard_tests+swap_tests
 SPACE := $(subst ,, )
-CXX_PROGRAMS = $(if $(filter-out 0,$(SHARE)),step_object $(subst +, ,$(word $(shell echo $$(($(SHARE) % 5 + 1))),$(CXX_FIFTHS))))
-CXX_LABELS = $(if $(CXX_PROGRAMS),--label-regex "^($(subst $(SPACE),|,$(CXX_PROGRAMS)))$$")
+CXX_ALL := $(subst +, ,$(CXX_FIFTHS))
+fifth = $(subst +, ,$(word $(shell echo $$((($(SHARE) + $(1)) % 5 + 1))),$(CXX_FIFTHS)))
+CXX_ORDINARY = $(if $(filter-out 0,$(SHARE)),$(call fifth,0) $(call fifth,2),$(CXX_ALL))
+CXX_WITH_SANITIZERS = $(if $(filter-out 0,$(SHARE)),$(filter-out $(CXX_ORDINARY),$(CXX_ALL)),$(CXX_ALL))
+labels = --label-regex "^($(subst $(SPACE),|,$(strip $(1))))$$"
 
 # -O2, as distributions compile: -O3, which the Python module has, takes a fifth longer to compile
 test-cpp: .venv/.build-packages test-system
 	@$(WATCHED) "configuring the C++ tests" -- $(BIN)/cmake -S . -B $(CXX_TESTS) $(NINJA) -DNEEDLEFORCE_TESTS=ON -DCMAKE_BUILD_TYPE=Release \
 	  -DCMAKE_CXX_FLAGS_RELEASE="-O2 -DNDEBUG"
-	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS) $(addprefix --target ,$(CXX_PROGRAMS))
-	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --parallel $$(nproc) --output-on-failure --no-tests=error $(CXX_LABELS)
+	@$(WATCHED) "compiling the C++ tests" -- $(BIN)/cmake --build $(CXX_TESTS) $(addprefix --target ,step_object $(CXX_ORDINARY))
+	@$(WATCHED) "C++ tests" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_TESTS) --parallel $$(nproc) --output-on-failure --no-tests=error $(call labels,step_object $(CXX_ORDINARY))
 
 test-system: .venv/.made
 	@PYTHON=$(PYTHON) tools/system_packages.sh tests
@@ -133,7 +136,7 @@ test-wasm: test-mono-octave
 test-python: setup .venv/.test-packages test-wasm
 	@$(PYTHON_TESTS)
 
-test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 14 for a third day
+test-long: setup .venv/.test-packages  ## the tests that repeat themselves, with all repetitions; SHARE=3 of 28 for a third day
 	@$(PYTHON_TESTS) --long
 
 test-hosts: setup .venv/.test-packages  ## hosts that are too heavy for every run: Warp, MuJoCo Warp
@@ -157,8 +160,8 @@ proof-effects: proof-tools
 proof-symbols: .venv/.made
 	@$(WATCHED) "symbols" --show -- tests/proof/symbols.sh
 
-# Long walks repeat, in an ordinary build, what the fuzzers do with the same sanitizers, faster, or what a shorter test does. With sanitizers they
-# are run a fourteenth a day.
+# Long walks repeat, in an ordinary build, what the fuzzers do with the same sanitizers, faster, or what a shorter test does. With sanitizers
+# a share has a part of them.
 REPEATED := EnergyController|MillionStepsOfANeedle|ReturnNoEnergy|ReturnsNoEnergyOverAnyMotion|NoiseOf|HourOfHold|EveryLawInEightLayers|CondensedSolidAllocates|OfAllAxes|EquilibriumOfEachNonlinear|RandomMotionsWithFriction|SwappedLaws|EveryModelKeepsItsForce|NoClosedPathReturns|StrokesOfTheWholeRange
 
 # Without a limit the compiler inlines, and then instruments again, what every test of every law calls: they take a sixth longer to compile.
@@ -170,19 +173,20 @@ proof-sanitized: proof-tools
 	  -DCMAKE_BUILD_TYPE=None -DCMAKE_CXX_COMPILER=clang++-19 \
 	  -DCMAKE_CXX_FLAGS="-O1 -g1 $(INLINED) -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all" > $(CXX_SANITIZED).log 2>&1 \
 	  || (cat $(CXX_SANITIZED).log; false)
-	@$(WATCHED) "compiling with sanitizers" -- $(BIN)/cmake --build $(CXX_SANITIZED)
+	@$(WATCHED) "compiling with sanitizers" -- $(BIN)/cmake --build $(CXX_SANITIZED) $(addprefix --target ,$(CXX_WITH_SANITIZERS))
 
 proof-sanitizers: proof-sanitized
-	@$(WATCHED) "C++ tests with sanitizers" --keep "tests passed" -- tests/proof/sanitizers.sh $(CXX_SANITIZED) "$(REPEATED)"
+	@$(WATCHED) "C++ tests with sanitizers" --keep "tests passed" -- tests/proof/sanitizers.sh "$(REPEATED)" $(addprefix $(CXX_SANITIZED)/tests/cpp/,$(CXX_WITH_SANITIZERS))
 
-proof-long: proof-sanitized  ## the long walks with sanitizers; SHARE=3 of 14 for a third day
+proof-long: proof-sanitized  ## the long walks with sanitizers; SHARE=3 of 28 for a third day
 	@$(WATCHED) "long walks with sanitizers" --keep "tests passed" -- $(BIN)/ctest --test-dir $(CXX_SANITIZED) --parallel $$(nproc) \
-	  --output-on-failure --tests-regex "$(REPEATED)" $$([ $(SHARE) = 0 ] || echo "--tests-information $(SHARE),,14")
+	  --output-on-failure --tests-regex "$(REPEATED)" $(call labels,$(CXX_WITH_SANITIZERS)) \
+	  $$([ $(SHARE) = 0 ] || echo "--tests-information $(SHARE),,28")
 
 proof-threads: proof-tools
 	@$(WATCHED) "threads" --show -- tests/proof/threads.sh $(THREAD_TESTS)
 
-# in two weeks of shares 14 different walks from the same seeds
+# in four weeks of shares 28 different walks from the same seeds
 proof-fuzz: proof-tools
 	@$(WATCHED) "fuzz" --show -- tests/proof/fuzz.sh 40 $$(($(SHARE) + 1))
 

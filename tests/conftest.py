@@ -25,12 +25,12 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 ROOT = Path(__file__).resolve().parents[1]
 
 
-SHARES = 14
+SHARES = 28
 ALL_REPETITIONS = pytest.StashKey[bool]()  # of a test, and of the run what the test has that runs
 # each has a fixture that takes long to make: a campaign, an installed package, a plugin, a browser with its server
 ONE_PROCESS = tuple(f"tests/{folder}" for folder in ("campaign", "packaging", "simulators", "studio"))
 # nine tenths of the time: in a run for a share each of their tests has its turn in one of so many shares
-TURNS = 5
+TURNS = 7
 _LONG = "campaign commands fe identification mechanics packaging recordings report simulators steering studies studio"
 BY_TURNS = tuple(f"tests/{folder}/" for folder in _LONG.split())
 # files that take long: at the end, one process would wait for the other
@@ -41,7 +41,7 @@ def pytest_addoption(parser):
     parser.addoption("--lines", action="store_true", help="a line every five seconds instead of dots")
     parser.addoption("--long", action="store_true", help="only the tests that repeat themselves, with all repetitions")
     share = (
-        f"all repetitions for one of {SHARES} shares, from 1; of the long folders a fifth; with --long only the first"
+        f"all repetitions for one of {SHARES} shares, from 1; of the long folders a seventh; with --long only the first"
     )
     parser.addoption("--share", type=int, default=0, help=share)
 
@@ -53,7 +53,7 @@ def pytest_configure(config):
 
 def pytest_collection_modifyitems(config, items):
     """All repetitions are for what has the fixture ``many`` or the marker ``long``: with ``--long``, or in the share of
-    ``--share``. Every fourteenth test is in one share: the cases of one test, which take equally long, are on different
+    ``--share``. Every twenty-eighth test is in one share: the cases of one test, which take equally long, are on different
     days. Tests that share what repeats are together. In a share those in ``BY_TURNS`` take turns, by their place."""
     long, share = config.getoption("--long"), config.getoption("--share")
 

@@ -31,13 +31,19 @@ def syntax_tree(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
+@cache
+def nodes_of(path: Path) -> list[ast.AST]:
+    """Everything in a module, walked once."""
+    return list(ast.walk(syntax_tree(path)))
+
+
 class _Package:
     """The functions of a package, and the module and name that each name of a module stands for."""
 
     def __init__(self, known: dict[str, Path]) -> None:
         trees = {module: syntax_tree(path) for module, path in known.items()}
         self.functions: dict[FunctionKey, ast.FunctionDef] = {}
-        self.names = {module: dict(_imported(module, path, trees[module], known)) for module, path in known.items()}
+        self.names = {module: dict(_imported(module, path, known)) for module, path in known.items()}
         for module, tree in trees.items():
             for node in tree.body:
                 if isinstance(node, ast.FunctionDef | ast.ClassDef):
@@ -102,10 +108,10 @@ class _Package:
         return key if key in self.functions else None
 
 
-def _imported(module: str, path: Path, tree: ast.Module, known: dict[str, Path]) -> Iterator[tuple[str, FunctionKey]]:
+def _imported(module: str, path: Path, known: dict[str, Path]) -> Iterator[tuple[str, FunctionKey]]:
     """Each imported name with the module, and the name in it, that it stands for; an empty name for a module."""
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-    for node in ast.walk(tree):
+    for node in nodes_of(path):
         if not isinstance(node, ast.ImportFrom):
             continue
         parents = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []

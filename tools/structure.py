@@ -16,7 +16,7 @@ import tempfile
 from collections import Counter, defaultdict
 from pathlib import Path
 
-from call_path import call_path, syntax_tree
+from call_path import call_path, nodes_of, syntax_tree
 
 ROOT = Path(__file__).resolve().parents[1]
 TABLE = re.compile(r"(<!-- figures: .*? -->\n).*?(<!-- end of figures -->)", re.S)
@@ -55,7 +55,7 @@ def imports_of(name: str, path: Path, known: dict[str, Path]) -> dict[str, set[s
     """Modules of the package that one imports, with the names taken, "*" for the module itself."""
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     found: dict[str, set[str]] = defaultdict(set)
-    for node in ast.walk(syntax_tree(path)):
+    for node in nodes_of(path):
         if not isinstance(node, ast.ImportFrom):
             continue
         parents = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
@@ -116,7 +116,7 @@ def figures(package: Path, environment: dict[str, str]) -> list[tuple[str, str]]
     imports = {name: imports_of(name, path, known) for name, path in known.items()}
     lines = [len(path.read_text(encoding="utf-8").splitlines()) for path in known.values()]
     trees = [syntax_tree(path) for path in known.values()]
-    nodes = [node for tree in trees for node in ast.walk(tree)]
+    nodes = [node for path in known.values() for node in nodes_of(path)]
     calls = [node for node in nodes if isinstance(node, ast.Call)]
     functions = [node for node in nodes if isinstance(node, ast.FunctionDef)]
     classes = Counter(node.name for tree in trees for node in tree.body if isinstance(node, ast.ClassDef))

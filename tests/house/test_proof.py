@@ -43,6 +43,12 @@ def test_every_hazard_points_at_what_shows_it(root):
     assert all(each == "–" or "{doc}" in each or each.startswith("`python benchmarks/") for each in others), others
 
 
+def test_every_cpp_program_is_run_each_day(root):
+    programs = re.findall(r"^add_executable\((\w+_tests)", (root / "tests/cpp/CMakeLists.txt").read_text(), re.M)
+    fifths = re.search(r"^CXX_FIFTHS := (.*)$", (root / "Makefile").read_text(), re.M)[1]
+    assert sorted(re.split("[ +]", fifths)) == sorted(programs) and fifths.count(" ") == 4
+
+
 @pytest.mark.parametrize(
     "shown", ["`tests/cpp/nowhere.cpp`", "`NoSuchTest` in `tests/cpp/insertion.cpp`", "`proof-nothing` in `Makefile`"]
 )
