@@ -53,7 +53,7 @@ def pytest_configure(config):
 
 def pytest_collection_modifyitems(config, items):
     """All repetitions are for what has the fixture ``many`` or the marker ``long``: with ``--long``, or in the share of
-    ``--share``. Every twenty-eighth test is in one share: the cases of one test, which take equally long, are on different
+    ``--share``. Of ``SHARES`` tests one is in a share: the cases of one test, which take equally long, are on different
     days. Tests that share what repeats are together. In a share those in ``BY_TURNS`` take turns, by their place."""
     long, share = config.getoption("--long"), config.getoption("--share")
 
