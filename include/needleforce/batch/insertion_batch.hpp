@@ -40,14 +40,24 @@ class InsertionBatch {
   void step(const BatchMove& move, const BatchSamples& out) noexcept { step(move, out, 0, size_); }
   /// One cycle of the members from..to.
   void step(const BatchMove& move, const BatchSamples& out, std::size_t from, std::size_t to) noexcept {
-    if (!plain_) {
-      for (std::size_t i = from; i < to; ++i)
-        out.put(i, prepared(i).step(states_[i], move.depth[i], velocity(move, i), move.dt_of(i)));
-      return;
-    }
-    for (std::size_t at = from; at < to; at += detail::plain_block)
-      step_block(move, out, at, std::min(to - at, detail::plain_block));
+    run(move, 1, out, from, to);
   }
+  /// Whole motions of the members from..to: so many steps, of which `out` takes the force alone.
+  void run(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t from,
+           std::size_t to) noexcept {
+    for (std::size_t at = from; plain_ && at < to;) {
+      const std::size_t width = to - at < lanes_ ? 1 : lanes_;
+      run_lanes(motion, steps, out, at, width);
+      at += width;
+    }
+    for (std::size_t i = from; !plain_ && i < to; ++i)
+      for (std::size_t t = 0; t < steps; ++t)
+        out.put(i,
+                prepared(i).step(states_[i], motion.depths(t)[i], motion.velocity_of(i), motion.dt_of(i, t)),
+                t);
+  }
+  /// Steps no more than so many members at a time, 1, 2, 4 or 8: with the same values, for comparisons.
+  void narrow(std::size_t lanes) noexcept { lanes_ = std::min(lanes_, lanes); }
 
   /// Back to before the first contact.
   void reset(std::size_t i) noexcept { return_to(i, InsertionState{}); }
@@ -157,37 +167,45 @@ class InsertionBatch {
   }
 
   static bool are_plain(const Stacks& stacks, const Limits& limits, const Bevel& bevel) {
-    return valid(limits) && !first_invalid(bevel) && limits.depth_noise == 0.0 && limits.hold_time == 0.0 &&
-           std::ranges::all_of(stacks, [](const auto& stack) {
+    return detail::lanes_here() > 0 && valid(limits) && !first_invalid(bevel) && limits.depth_noise == 0.0 &&
+           limits.hold_time == 0.0 && std::ranges::all_of(stacks, [](const auto& stack) {
              return stack.size() == 1 && needleforce::plain(stack[0].laws) && !first_fault(stack).reason;
            });
-  }
-  static double velocity(const BatchMove& move, std::size_t i) noexcept {
-    return move.velocity ? move.velocity[i] : no_velocity;
   }
   const PreparedInsertion& prepared(std::size_t i) const noexcept { return prepared_[same_ ? 0 : i]; }
   const Layer& layers(std::size_t i) const noexcept { return layers_[same_ ? 0 : i]; }
 
-  void step_block(const BatchMove& move, const BatchSamples& out, std::size_t from, std::size_t n) noexcept {
-    detail::PlainBlock block;
-    detail::fill(block, move, from, n);
-    const auto contacts = [&](const auto& law_of) {
-      detail::fill_contacts(block, from, n, columns_, laws_.top, same_, law_of);
-    };
-    if (same_)
-      dispatch(laws_.contact[0],
-               [&]<class Law>(const Law& law) { contacts([&](std::size_t) -> const Law& { return law; }); });
-    else
-      contacts([&](std::size_t i) { return AnyContact{laws_.contact[i]}; });
+  /// Steps `width` members from `at` on. While one of them is not pierced, its contacts are found before its
+  /// steps.
+  void run_lanes(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t at,
+                 std::size_t width) noexcept {
+    constexpr std::size_t some = detail::ContactRows::most;
     const auto kernel = out.force_alone
-                            ? (same_ ? detail::plain_step<true, false> : detail::plain_step<false, false>)
-                            : (same_ ? detail::plain_step<true, true> : detail::plain_step<false, true>);
-    kernel(move.velocity != nullptr, from, n, limits(), laws_, columns_, block);
-    for (std::size_t k = 0; k < batch_rows; ++k)
-      if (!out.force_alone || k == static_cast<std::size_t>(BatchRow::force))
-        std::copy_n(block.rows[k].data(), n, out.row(static_cast<BatchRow>(k)) + from);
-    for (std::size_t i = 0; i < n; ++i)
-      if (block.rare[i] > 0.0) out.put(from + i, step_one(move, from + i));
+                            ? (same_ ? detail::plain_steps<true, false> : detail::plain_steps<false, false>)
+                            : (same_ ? detail::plain_steps<true, true> : detail::plain_steps<false, true>);
+    const detail::PlainLimits limits = this->limits();
+    const bool may_be_usual = out.force_alone && motion.same_dt && !motion.velocity;
+    detail::ContactRows rows;
+    detail::PlainTask task{motion, out, limits, laws_, columns_, {}, at, 0, steps, may_be_usual};
+    while (task.from < steps) {
+      const bool pierced = columns_.all_pierced(at, width);
+      task.to = pierced && task.usual ? steps : std::min(steps, task.from + some);
+      if (!pierced) fill(rows, task, width);
+      task.contacts = pierced ? detail::PlainContacts{} : rows.found();
+      const auto [reached, rare] = kernel(width, task);
+      for (std::size_t i = 0; rare >> i; ++i)
+        if (rare >> i & 1u) out.put(at + i, step_one(motion, at + i, reached - 1), reached - 1);
+      task.usual = may_be_usual && reached == task.to;
+      task.from = reached;
+    }
+  }
+  void fill(detail::ContactRows& rows, const detail::PlainTask& task, std::size_t width) const noexcept {
+    if (same_)
+      dispatch(laws_.contact[0], [&]<class Law>(const Law& law) {
+        rows.fill(task, width, true, [&](std::size_t) -> const Law& { return law; });
+      });
+    else
+      rows.fill(task, width, false, [&](std::size_t i) { return AnyContact{laws_.contact[i]}; });
   }
   detail::PlainLimits limits() const noexcept {
     return {std::min(limits_.max_speed, fastest), limits_.velocity_slack, limits_.velocity_slack_ratio,
@@ -206,10 +224,10 @@ class InsertionBatch {
       return dispatch(law, [](const auto& each) { return each.reach(); });
     }
   };
-  [[gnu::noinline]] Sample step_one(const BatchMove& move, std::size_t i) noexcept {
+  [[gnu::noinline]] Sample step_one(const BatchMove& motion, std::size_t i, std::size_t t) noexcept {
     InsertionState remembered = state(i);
     const auto stepped = [&](const PreparedInsertion& prepared) {
-      return prepared.step(remembered, move.depth[i], velocity(move, i), move.dt_of(i));
+      return prepared.step(remembered, motion.depths(t)[i], motion.velocity_of(i), motion.dt_of(i, t));
     };
     const Sample sample =
         same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(std::span(&layers(i), 1), limits_, bevel_));
@@ -225,6 +243,7 @@ class InsertionBatch {
   Bevel bevel_;
   double lateral_ratio_;
   bool plain_;
+  std::size_t lanes_ = detail::lanes_here();
   PlainColumns columns_;
   PlainLaws laws_;
   std::vector<Layer> layers_;

@@ -4,22 +4,15 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <variant>
 #include <vector>
 
 #include "../model.hpp"
 #include "../state.hpp"
+#include "lanes.hpp"
 
 namespace needleforce {
-
-/// As many numbers as are worked on at a time.
-inline constexpr std::size_t lanes = 4;
-
-/// A number of each member; room for whole lanes.
-using Column = std::vector<double>;
-inline Column column(std::size_t n) { return Column((n + lanes - 1) / lanes * lanes); }
 
 /// True for a model whose insertions stand in columns.
 inline bool plain(const Model& model) noexcept {
@@ -35,13 +28,7 @@ struct PlainLaws {
   std::vector<Prepared<Stiffness>> contact;
 
   explicit PlainLaws(std::size_t n)
-      : top(column(n)),
-        puncture(column(n)),
-        surface(column(n)),
-        per_length(column(n)),
-        stiffness(column(n)),
-        full(column(n)),
-        per_travel(column(n)) {
+      : top(n), puncture(n), surface(n), per_length(n), stiffness(n), full(n), per_travel(n) {
     contact.reserve(n);
   }
   void add(const Layer& layer) {
@@ -68,16 +55,19 @@ struct PlainColumns {
   Column pierced, free, started;  // 1 or 0
 
   explicit PlainColumns(std::size_t n)
-      : depth(column(n)),
-        waited(column(n)),
-        front(column(n)),
-        entry(column(n)),
-        retreat_limit(column(n)),
-        traction(column(n)),
-        pierced(column(n)),
-        free(Column(column(n).size(), 1.0)),
-        started(column(n)) {}
+      : depth(n),
+        waited(n),
+        front(n),
+        entry(n),
+        retreat_limit(n),
+        traction(n),
+        pierced(n),
+        free(Column(n, 1.0)),
+        started(n) {}
 
+  bool all_pierced(std::size_t at, std::size_t n) const noexcept {
+    return std::all_of(&pierced[at], &pierced[at] + n, [](double each) { return each > 0.0; });
+  }
   /// The memory of a member as an `Insertion` has it, but for what no plain law reads.
   InsertionState state(std::size_t i, const PlainLaws& laws, std::size_t law) const noexcept {
     InsertionState state;
