@@ -12,6 +12,7 @@
 
 #include "../prepared_insertion.hpp"
 #include "batch_rows.hpp"
+#include "contact_rows.hpp"
 #include "plain_columns.hpp"
 #include "plain_step.hpp"
 
@@ -63,7 +64,7 @@ class InsertionBatch {
   void reset(std::size_t i) noexcept { return_to(i, InsertionState{}); }
   /// What a member remembers, and back to it.
   InsertionState state(std::size_t i) const noexcept {
-    return plain_ ? columns_.state(i, laws_, same_ ? 0 : i) : states_[i];
+    return plain_ ? columns_.state(i, laws_, law_of(i)) : states_[i];
   }
   void return_to(std::size_t i, const InsertionState& state) noexcept {
     if (plain_)
@@ -88,13 +89,14 @@ class InsertionBatch {
     if (i >= size_ || first_fault(layers).reason) return false;
     if (same_) separate();
     const Stacks stack(1, std::vector<Layer>(layers.begin(), layers.end()));
-    if (plain_ && !are_plain(stack, limits_, bevel_)) leave_columns();
+    if (plain_ && !(layers.size() == laws_.layers.size() && are_plain(stack, limits_, bevel_)))
+      leave_columns();
     models_ -= at_its_place(i);
     prints_[i] = fingerprint(layers);
     models_ += at_its_place(i);
     if (plain_) {
-      layers_[i] = layers[0];
-      laws_.put(i, layers[0]);
+      layers_[i] = stack[0];
+      laws_.put(i, layers);
     } else {
       prepared_[i] = PreparedInsertion(layers, limits_, bevel_);
     }
@@ -110,8 +112,8 @@ class InsertionBatch {
         bevel_(bevel),
         lateral_ratio_(bevel.lateral_ratio()),
         plain_(are_plain(stacks, limits, bevel)),
-        columns_(plain_ ? size_ : 0),
-        laws_(plain_ ? stacks.size() : 0) {
+        columns_(plain_ ? size_ : 0, plain_ ? stacks[0].size() : 0),
+        laws_(0, 0) {
     for (const auto& stack : stacks) prints_.push_back(fingerprint(stack));
     add_up();
     if (!plain_) {
@@ -119,12 +121,16 @@ class InsertionBatch {
       for (const auto& stack : stacks) prepared_.emplace_back(stack, limits, bevel);
       return;
     }
-    for (const auto& stack : stacks) {
-      layers_.push_back(stack[0]);
-      laws_.add(stack[0]);
-    }
-    if (same) prepared_.emplace_back(stacks[0], limits, bevel);
+    layers_ = std::move(stacks);
+    if (same) prepared_.emplace_back(layers_[0], limits, bevel);
+    find_laws();
   }
+
+  void find_laws() {
+    laws_ = PlainLaws(same_ ? most_lanes : size_, layers_.empty() ? 0 : layers_[0].size());
+    for (std::size_t i = 0; i < (same_ ? most_lanes : size_); ++i) laws_.put(i, layers_[same_ ? 0 : i]);
+  }
+  std::size_t law_of(std::size_t i) const noexcept { return same_ ? 0 : i; }
 
   /// What a model adds to the number that distinguishes all of them.
   std::uint64_t at_its_place(std::size_t i) const noexcept {
@@ -141,10 +147,9 @@ class InsertionBatch {
   void separate() {
     same_ = false;
     if (plain_) {
-      const Layer all = layers_[0];
+      const std::vector<Layer> all = layers_[0];
       layers_.assign(size_, all);
-      laws_ = PlainLaws(size_);
-      for (const Layer& layer : layers_) laws_.add(layer);
+      find_laws();
       prepared_.clear();
     } else {
       const PreparedInsertion all = prepared_[0];
@@ -158,40 +163,40 @@ class InsertionBatch {
   void leave_columns() {
     for (std::size_t i = 0; i < size_; ++i) {
       states_.push_back(state(i));
-      prepared_.emplace_back(std::span(&layers_[i], 1), limits_, bevel_);
+      prepared_.emplace_back(layers_[i], limits_, bevel_);
     }
     plain_ = false;
-    columns_ = PlainColumns(0);
-    laws_ = PlainLaws(0);
+    columns_ = PlainColumns(0, 0);
+    laws_ = PlainLaws(0, 0);
     layers_.clear();
   }
 
   static bool are_plain(const Stacks& stacks, const Limits& limits, const Bevel& bevel) {
     return detail::lanes_here() > 0 && valid(limits) && !first_invalid(bevel) && limits.depth_noise == 0.0 &&
-           limits.hold_time == 0.0 && std::ranges::all_of(stacks, [](const auto& stack) {
-             return stack.size() == 1 && needleforce::plain(stack[0].laws) && !first_fault(stack).reason;
+           limits.hold_time == 0.0 && !stacks.empty() && std::ranges::all_of(stacks, [&](const auto& stack) {
+             return stack.size() == stacks[0].size() && !first_fault(stack).reason &&
+                    std::ranges::all_of(stack,
+                                        [](const Layer& each) { return needleforce::plain(each.laws); });
            });
   }
   const PreparedInsertion& prepared(std::size_t i) const noexcept { return prepared_[same_ ? 0 : i]; }
-  const Layer& layers(std::size_t i) const noexcept { return layers_[same_ ? 0 : i]; }
 
   /// Steps `width` members from `at` on. While one of them is not pierced, its contacts are found before its
   /// steps.
   void run_lanes(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t at,
                  std::size_t width) noexcept {
     constexpr std::size_t some = detail::ContactRows::most;
+    const bool one = laws_.layers.size() == 1;
     const auto kernel = out.force_alone
-                            ? (same_ ? detail::plain_steps<true, false> : detail::plain_steps<false, false>)
-                            : (same_ ? detail::plain_steps<true, true> : detail::plain_steps<false, true>);
+                            ? (one ? detail::plain_steps<true, false> : detail::plain_steps<false, false>)
+                            : (one ? detail::plain_steps<true, true> : detail::plain_steps<false, true>);
     const detail::PlainLimits limits = this->limits();
-    const bool may_be_usual = out.force_alone && motion.same_dt && !motion.velocity;
+    const bool may_be_usual = one && out.force_alone && motion.same_dt && !motion.velocity;
     detail::ContactRows rows;
-    detail::PlainTask task{motion, out, limits, laws_, columns_, {}, at, 0, steps, may_be_usual};
+    detail::PlainTask task{motion, out, limits, laws_, columns_, {}, at, law_of(at), 0, steps, may_be_usual};
     while (task.from < steps) {
-      const bool pierced = columns_.all_pierced(at, width);
-      task.to = pierced && task.usual ? steps : std::min(steps, task.from + some);
-      if (!pierced) fill(rows, task, width);
-      task.contacts = pierced ? detail::PlainContacts{} : rows.found();
+      task.to = std::min(steps, task.from + some);
+      task.contacts = rows.find(task, width);
       const auto [reached, rare] = kernel(width, task);
       for (std::size_t i = 0; rare >> i; ++i)
         if (rare >> i & 1u) out.put(at + i, step_one(motion, at + i, reached - 1), reached - 1);
@@ -199,38 +204,17 @@ class InsertionBatch {
       task.from = reached;
     }
   }
-  void fill(detail::ContactRows& rows, const detail::PlainTask& task, std::size_t width) const noexcept {
-    if (same_)
-      dispatch(laws_.contact[0], [&]<class Law>(const Law& law) {
-        rows.fill(task, width, true, [&](std::size_t) -> const Law& { return law; });
-      });
-    else
-      rows.fill(task, width, false, [&](std::size_t i) { return AnyContact{laws_.contact[i]}; });
-  }
   detail::PlainLimits limits() const noexcept {
     return {std::min(limits_.max_speed, fastest), limits_.velocity_slack, limits_.velocity_slack_ratio,
             lateral_ratio_};
   }
-  /// A contact of any law.
-  struct AnyContact {
-    const Prepared<Stiffness>& law;
-    double force(double h) const noexcept {
-      return dispatch(law, [h](const auto& each) { return each.force(h); });
-    }
-    double slope(double h) const noexcept {
-      return dispatch(law, [h](const auto& each) { return each.slope(h); });
-    }
-    double reach() const noexcept {
-      return dispatch(law, [](const auto& each) { return each.reach(); });
-    }
-  };
   [[gnu::noinline]] Sample step_one(const BatchMove& motion, std::size_t i, std::size_t t) noexcept {
     InsertionState remembered = state(i);
     const auto stepped = [&](const PreparedInsertion& prepared) {
       return prepared.step(remembered, motion.depths(t)[i], motion.velocity_of(i), motion.dt_of(i, t));
     };
     const Sample sample =
-        same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(std::span(&layers(i), 1), limits_, bevel_));
+        same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(layers_[i], limits_, bevel_));
     columns_.remember(i, remembered);
     return sample;
   }
@@ -246,7 +230,7 @@ class InsertionBatch {
   std::size_t lanes_ = detail::lanes_here();
   PlainColumns columns_;
   PlainLaws laws_;
-  std::vector<Layer> layers_;
+  Stacks layers_;
   std::vector<PreparedInsertion> prepared_;
   std::vector<InsertionState> states_;
 };

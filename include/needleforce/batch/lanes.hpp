@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 // by the vector types of these compilers; with others each member is stepped alone
@@ -43,6 +44,7 @@ inline std::size_t lanes_here() noexcept {
 template <std::size_t width>
 struct LanesOf {
   typedef double type __attribute__((vector_size(8 * width)));
+  typedef std::int64_t mask __attribute__((vector_size(8 * width)));
   /// The same where they stand in a column.
   typedef double standing __attribute__((vector_size(8 * width), aligned(8), may_alias));
 };
@@ -57,14 +59,6 @@ template <class Number>
 template <class Number>
 [[gnu::always_inline]] inline void write(double* to, const Number& lanes) noexcept {
   *reinterpret_cast<typename LanesOf<sizeof(Number) / 8>::standing*>(to) = lanes;
-}
-/// The laws of members from `at` on, or those of all.
-template <bool same, class Number>
-[[gnu::always_inline]] inline void take(Number& law, const Column& column, std::size_t at) noexcept {
-  if constexpr (same)
-    law = Number{} + column[0];
-  else
-    read(law, &column[at]);
 }
 template <class Number>
 [[gnu::always_inline]] inline void raise(Number& number, const Number& least) noexcept {

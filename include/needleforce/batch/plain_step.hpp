@@ -3,7 +3,6 @@
 // and several steps of a motion, during which what they remember stays in registers.
 #pragma once
 
-#include <array>
 #include <cstddef>
 
 #include "batch_rows.hpp"
@@ -17,12 +16,12 @@ struct PlainLimits {
   double max_speed, slack, slack_ratio, lateral_ratio;
 };
 
-/// Contacts of members that are not pierced, a row for each step; without rows none of them pushes.
+/// Contacts of members that are not pierced everywhere, a row for each step; without rows none pushes.
 struct PlainContacts {
-  const double *force = nullptr, *slope = nullptr, *reach = nullptr;
+  const double *force = nullptr, *slope = nullptr, *beyond = nullptr;
 };
 
-/// Members from `at` on, in steps from `from` to `to` of a motion.
+/// Members from `at` on, their laws from `law` on, in steps from `from` to `to` of a motion.
 struct PlainTask {
   const BatchMove& motion;
   const BatchSamples& out;
@@ -30,37 +29,8 @@ struct PlainTask {
   const PlainLaws& laws;
   PlainColumns& columns;
   PlainContacts contacts;
-  std::size_t at, from, to;
+  std::size_t at, law, from, to;
   bool usual = false;  // stops where a member recedes into the entry of its cut, too
-};
-
-/// The contacts of some members in some steps.
-class ContactRows {
- public:
-  static constexpr std::size_t most = 32;  // steps
-
-  /// Those of members that are not pierced; slope and reach are asked for one step at a time.
-  template <class LawOf>
-  void fill(const PlainTask& task, std::size_t width, bool same, const LawOf& law_of) noexcept {
-    for (std::size_t i = 0; i < width; ++i) {
-      const std::size_t member = task.at + i;
-      const bool whole = task.columns.pierced[member] > 0.0;
-      const auto& contact = law_of(member);
-      const double top = task.laws.top[same ? 0 : member];
-      for (std::size_t t = task.from; t < task.to; ++t) {
-        const double h = task.motion.depths(t)[member] - top;
-        const bool pressed = h > 0.0 && !whole;
-        force_[(t - task.from) * width + i] = pressed ? contact.force(h) : 0.0;
-        slope_[i] = pressed && !task.out.force_alone ? contact.slope(h) : 0.0;
-      }
-      reach_[i] = contact.reach();
-    }
-  }
-  PlainContacts found() const noexcept { return {force_.data(), slope_.data(), reach_.data()}; }
-
- private:
-  alignas(64) std::array<double, most * most_lanes> force_;
-  alignas(64) std::array<double, most_lanes> slope_, reach_;
 };
 
 /// How far steps came, and bits of the members that have a rare case in the last of them: first steps,
@@ -71,9 +41,45 @@ struct PlainReach {
 };
 
 #ifdef NEEDLEFORCE_LANES
-/// Steps `width` members, the force alone, until one of them recedes into the entry of its cut or has a rare
-/// case; returns how far they came. The same values as below, of which these are what is left there.
-template <std::size_t width, bool same>
+/// A layer of `width` members.
+template <std::size_t width>
+struct PlainLayer {
+  using Number = Lanes<width>;
+  Number top, puncture, surface, rise, per_length, stiffness, traction, strained, embedded;
+  typename LanesOf<width>::mask pierced, joined;
+
+  [[gnu::always_inline]] PlainLayer() noexcept {}
+  [[gnu::always_inline]] void take(const PlainTask& task, std::size_t k) noexcept {
+    const PlainLayerLaws& laws = task.laws.layers[k];
+    read(top, &laws.top[task.law]);
+    read(puncture, &laws.puncture[task.law]);
+    read(surface, &laws.surface[task.law]);
+    read(rise, &laws.rise[task.law]);
+    read(per_length, &laws.per_length[task.law]);
+    read(stiffness, &laws.stiffness[task.law]);
+    read(traction, &task.columns.layers[k].traction[task.at]);
+    Number one_if;
+    read(one_if, &task.columns.layers[k].pierced[task.at]);
+    pierced = one_if > 0.0;
+    read(one_if, &laws.joined[task.law]);
+    joined = one_if > 0.0;
+  }
+};
+/// The cutting of the layers that tips are in.
+template <class Number, class Mask>
+[[gnu::always_inline]] inline void take_cutting(const PlainTask& task, std::size_t k, const Mask& pierced,
+                                                Number& full, Number& per_travel) noexcept {
+  Number force, unloading;
+  read(force, &task.laws.layers[k].full[task.law]);
+  read(unloading, &task.laws.layers[k].per_travel[task.law]);
+  full = pierced ? force : full;
+  per_travel = pierced ? unloading : per_travel;
+}
+
+/// Steps `width` members in one layer, the force alone, until one of them recedes into the entry of its cut
+/// or has a rare case; returns how far they came. The same values as below, of which these are what is left
+/// there.
+template <std::size_t width>
 [[gnu::always_inline]] inline std::size_t usual_steps(const PlainTask& task) noexcept {
   using Number = Lanes<width>;
   const std::size_t at = task.at;
@@ -81,33 +87,27 @@ template <std::size_t width, bool same>
   for (std::size_t i = at; i < at + width; ++i)
     if (!(columns.started[i] > 0.0 && columns.waited[i] == 0.0)) return task.from;
   const Number none{};
-  Number puncture, surface, per_length, stiffness, full, per_travel;
-  take<same>(puncture, task.laws.puncture, at);
-  take<same>(surface, task.laws.surface, at);
-  take<same>(per_length, task.laws.per_length, at);
-  take<same>(stiffness, task.laws.stiffness, at);
-  take<same>(full, task.laws.full, at);
-  take<same>(per_travel, task.laws.per_travel, at);
-  Number before, front, entry, traction, pierced;
+  PlainLayer<width> layer;
+  layer.take(task, 0);
+  Number before, front, entry, full = none, per_travel = none + 1.0, traction = layer.traction;
+  take_cutting(task, 0, layer.pierced, full, per_travel);
   read(before, &columns.depth[at]);
   read(front, &columns.front[at]);
   read(entry, &columns.entry[at]);
-  read(traction, &columns.traction[at]);
-  read(pierced, &columns.pierced[at]);
-  const auto in = pierced > 0.0;
+  const auto in = layer.pierced;
   // between these depths a pierced member is inside and its cut whole; any other touches, or is above
-  raise(entry, surface);
+  raise(entry, layer.surface);
   raise(entry, none);
-  const Number above = in ? entry : none - 2.0 * farthest, shallow = none + farthest;
-  lower(puncture, shallow);
-  const Number deepest = in ? shallow : puncture, highest = none - farthest;
-  const Number twice = 2.0 * stiffness, low = in ? -per_length : none;
-  full = in ? full : none;
-  surface = in ? surface : none + 2.0 * farthest;
+  Number deepest = none + farthest;
+  const Number above = in ? entry : none - 2.0 * farthest, highest = none - farthest;
+  lower(layer.puncture, deepest);
+  deepest = in ? deepest : layer.puncture;
+  const Number twice = 2.0 * layer.stiffness, low = in ? -layer.per_length : none;
+  const Number surface = in ? layer.surface : none + 2.0 * farthest;
   const double most_per_time = (1.0 + 1e-9) * task.limits.max_speed;
   std::size_t t = task.from;
   for (; t < task.to; ++t) {
-    Number z, contact = none;
+    Number z;
     read(z, task.motion.depths(t) + at);
     const double dt = task.motion.dt[t], most = dt > 0.0 && dt <= longest ? most_per_time * dt : -1.0;
     const Number travel = z - before;
@@ -121,14 +121,15 @@ template <std::size_t width, bool same>
     const Number cutting = full * loaded;
     Number below = travel, high = twice * embedded;
     lower(below, z);
-    lower(high, per_length);
-    traction = traction + stiffness * below;
+    lower(high, layer.per_length);
+    traction = traction + layer.stiffness * below;
     raise(traction, low);
     lower(traction, high);
     Number force = traction * embedded;
     if (task.contacts.force) {
-      read(contact, task.contacts.force + (t - task.from) * width);
-      Number pressing = contact - cutting;
+      Number pressing;
+      read(pressing, task.contacts.force + (t - task.from) * width);
+      pressing = pressing - cutting;
       raise(pressing, none);
       force = pressing + force;
     }
@@ -138,39 +139,36 @@ template <std::size_t width, bool same>
   if (t == task.from) return t;
   write(&columns.depth[at], before);
   write(&columns.front[at], front);
-  write(&columns.traction[at], traction);
-  for (std::size_t i = at; i < at + width; ++i)
-    columns.free[i] = columns.pierced[i] > 0.0 || columns.depth[i] > task.laws.top[same ? 0 : i] ? 0.0 : 1.0;
+  write(&columns.layers[0].traction[at], traction);
+  write(&columns.free[at], (in | (before > layer.top)) ? none : none + 1.0);
   return t;
 }
 
-/// Steps `width` members until one has a rare case.
-template <std::size_t width, bool same, bool whole>
+/// Steps `width` members until one has a rare case; `one`: of one layer, known at compile time.
+template <std::size_t width, bool one, bool whole>
 [[gnu::always_inline]] inline PlainReach plain_steps(const PlainTask& task) noexcept {
   using Number = Lanes<width>;
-  const std::size_t at = task.at;
+  const std::size_t at = task.at, count = one ? 1 : task.laws.layers.size();
   const PlainLimits& limits = task.limits;
-  const Number none{}, one = none + 1.0;
-  Number top, puncture, surface, per_length, stiffness, full, per_travel;
-  take<same>(top, task.laws.top, at);
-  take<same>(puncture, task.laws.puncture, at);
-  take<same>(surface, task.laws.surface, at);
-  take<same>(per_length, task.laws.per_length, at);
-  take<same>(stiffness, task.laws.stiffness, at);
-  take<same>(full, task.laws.full, at);
-  take<same>(per_travel, task.laws.per_travel, at);
-  Number before, waited, front, entry, retreat, traction, was_free, pierced, started;
   PlainColumns& columns = task.columns;
+  const Number none{}, unit = none + 1.0;
+  PlainLayer<width> layers[one ? 1 : max_layers];
+  auto in = none > 0.0;
+  Number full = none, per_travel = unit;
+  for (std::size_t k = 0; k < count; ++k) {
+    layers[k].take(task, k);
+    take_cutting(task, k, layers[k].pierced, full, per_travel);
+    in |= layers[k].pierced;
+  }
+  Number before, waited, front, entry, retreat, was_free, started;
   read(before, &columns.depth[at]);
   read(waited, &columns.waited[at]);
   read(front, &columns.front[at]);
   read(entry, &columns.entry[at]);
   read(retreat, &columns.retreat_limit[at]);
-  read(traction, &columns.traction[at]);
   read(was_free, &columns.free[at]);
-  read(pierced, &columns.pierced[at]);
   read(started, &columns.started[at]);
-  const auto in = pierced > 0.0, begun = started > 0.0;
+  const auto begun = started > 0.0;
   Number over = entry - retreat;
   raise(over, none + 1e-60);
   unsigned rare = 0;
@@ -183,8 +181,13 @@ template <std::size_t width, bool same, bool whole>
     Number distance = z, length = travel;
     make_positive(distance);
     make_positive(length);
-    auto usual = begun & (distance <= farthest) & (dt > 0.0) & (dt <= longest) & (in | (z <= puncture)) &
+    auto usual = begun & (distance <= farthest) & (dt > 0.0) & (dt <= longest) &
                  (length <= (1.0 + 1e-9) * limits.max_speed * elapsed);
+    auto touches = none > 0.0;
+    for (std::size_t k = 0; k < count; ++k) {
+      usual &= layers[k].pierced | (z <= layers[k].puncture);
+      touches |= ~layers[k].pierced & (z > layers[k].top);
+    }
     const bool measured = whole && task.motion.velocity;
     Number v = none;
     if (whole) v = travel / elapsed;
@@ -202,51 +205,70 @@ template <std::size_t width, bool same, bool whole>
     // the cut
     Number cut = front;
     raise(cut, z);
-    const Number behind = cut - z;
-    Number loaded = 1.0 - behind * per_travel;
+    Number loaded = 1.0 - (cut - z) * per_travel;
     raise(loaded, none);
     Number cutting = in ? full * loaded : none;
-    Number cutting_slope = (in & (z < cut) & (loaded > 0.0)) ? full * per_travel : none;
+    Number slope = (in & (z < cut) & (loaded > 0.0)) ? full * per_travel : none;
     const auto recedes = in & (z <= entry);
     const bool special = any<width>(~usual | recedes);  // asked once a step
     if (special) {
       const Number share = (z - retreat) / over;
       const auto there = z > retreat;
-      cutting_slope = recedes ? (there ? share * cutting_slope + cutting / over : none) : cutting_slope;
+      slope = recedes ? (there ? share * slope + cutting / over : none) : slope;
       cutting = recedes ? (there ? share * cutting : none) : cutting;
     }
-    // the shaft
-    const auto wet = z > 0.0, inside = in & wet & (z > surface);
-    const Number embedded = inside ? z - surface : none;
-    Number below = travel;
+    // the shaft, from the bottom up
+    const auto wet = z > 0.0;
+    Number below = travel, friction = none, by_depth = none, bottom = none + 2.0 * farthest;
     lower(below, z);
     below = wet ? below : none;
-    const Number low = inside ? -per_length : none;
-    Number high = 2.0 * stiffness * embedded;
-    lower(high, per_length);
-    Number strained = traction + stiffness * below;
-    raise(strained, low);
-    lower(strained, high);
-    const Number friction = strained * embedded;
+    auto held = none > 0.0;
+    for (std::size_t k = count; k-- > 0;) {
+      PlainLayer<width>& layer = layers[k];
+      Number end = z;
+      lower(end, bottom);
+      const auto inside = layer.pierced & wet & (end > layer.surface), in_it = inside & (z < bottom);
+      layer.embedded = inside ? end - layer.surface : none;
+      const Number low = inside ? -layer.per_length : none;
+      Number high = 2.0 * layer.stiffness * (layer.embedded + layer.rise);
+      lower(high, layer.per_length);
+      if constexpr (!one) high = (inside & ~in_it) ? layer.per_length : (inside ? high : none);
+      Number strained = layer.traction + layer.stiffness * below;
+      raise(strained, low);
+      lower(strained, high);
+      const Number force = strained * layer.embedded;
+      const Number sticks = ((strained > low) & (strained < high)) ? unit : none;
+      friction = friction + force;
+      if (whole)
+        by_depth = by_depth + ((in_it ? strained : none) + layer.stiffness * sticks * layer.embedded);
+      held |= layer.pierced & ((layer.embedded > 0.0) | (force != 0.0));
+      layer.strained = wet ? strained : none;
+      if constexpr (!one) {  // tissue that continues below is strained as here
+        if (k + 1 < count)
+          layers[k + 1].strained = (layers[k + 1].joined & (layers[k + 1].embedded == 0.0))
+                                       ? layer.strained
+                                       : layers[k + 1].strained;
+        bottom = layer.surface;
+      }
+    }
     // their sum
     Number contact = none;
     if (task.contacts.force) read(contact, task.contacts.force + (t - task.from) * width);
-    const auto pushes = contact > cutting, touches = ~in & (z > top);
-    const auto dry = in ? (embedded <= 0.0) & (friction == 0.0) : ~touches;
+    const auto pushes = contact > cutting;
+    const auto dry = in ? ~held : ~touches;
     const Number pressing = pushes ? contact - cutting : none;
-    const Number is_free = dry ? one : none;
+    const Number is_free = dry ? unit : none;
     const auto put = [&](BatchRow row, const Number& numbers) { write(task.out.row(row, t) + at, numbers); };
     put(BatchRow::force, pressing + friction + cutting);
     if constexpr (whole) {
-      Number speed = v, slope = cutting_slope, reach = none;
+      Number speed = v, beyond = none;
       make_positive(speed);
       if (task.contacts.force) {
         Number pressed;
         read(pressed, task.contacts.slope);
-        read(reach, task.contacts.reach);
+        read(beyond, task.contacts.beyond);
         slope = pushes ? pressed : slope;
       }
-      const Number sticks = ((strained > low) & (strained < high)) ? one : none;
       const Number moving = speed < speed_at_rest ? none + 3.0 : (v > 0.0 ? none + 2.0 : none + 4.0);
       put(BatchRow::depth, z);
       put(BatchRow::velocity, v);
@@ -254,10 +276,10 @@ template <std::size_t width, bool same, bool whole>
       put(BatchRow::friction, friction);
       put(BatchRow::cutting, cutting);
       put(BatchRow::lateral, limits.lateral_ratio * cutting);
-      put(BatchRow::force_by_depth, (inside ? strained : none) + stiffness * sticks * embedded + slope);
+      put(BatchRow::force_by_depth, by_depth + slope);
       put(BatchRow::force_by_velocity, none);
-      put(BatchRow::phase, dry ? none : (in ? moving : one));
-      put(BatchRow::status, (~in & (z - top > reach)) ? one : none);
+      put(BatchRow::phase, dry ? none : (in ? moving : unit));
+      put(BatchRow::status, beyond);
       put(BatchRow::contact, was_free * (1.0 - is_free));
       put(BatchRow::punctured, none);
       put(BatchRow::exit, (1.0 - was_free) * is_free);
@@ -268,21 +290,22 @@ template <std::size_t width, bool same, bool whole>
       before = usual ? z : before;
       waited = usual ? none : waited;
       front = (usual & in) ? cut : front;
-      traction = usual ? (wet ? strained : none) : traction;
+      for (std::size_t k = 0; k < count; ++k)
+        layers[k].traction = usual ? layers[k].strained : layers[k].traction;
       was_free = usual ? is_free : was_free;
       continue;
     }
     before = z;
     waited = none;
     front = in ? cut : front;
-    traction = wet ? strained : none;
+    for (std::size_t k = 0; k < count; ++k) layers[k].traction = layers[k].strained;
     was_free = is_free;
   }
   write(&columns.depth[at], before);
   write(&columns.waited[at], waited);
   write(&columns.front[at], front);
-  write(&columns.traction[at], traction);
   write(&columns.free[at], was_free);
+  for (std::size_t k = 0; k < count; ++k) write(&columns.layers[k].traction[at], layers[k].traction);
   return {t, rare};
 }
 static_assert(static_cast<int>(Phase::deformation) == 1 && static_cast<int>(Phase::insertion) == 2 &&
@@ -290,20 +313,20 @@ static_assert(static_cast<int>(Phase::deformation) == 1 && static_cast<int>(Phas
               static_cast<int>(Status::outside_range) == 1);
 
 // the same for each kind of processor
-template <std::size_t width, bool same, bool whole>
+template <std::size_t width, bool one, bool whole>
 [[gnu::always_inline]] inline PlainReach steps_of(const PlainTask& task) noexcept {
-  if (!whole && task.usual) return {usual_steps<width, same>(task), 0};
-  return plain_steps<width, same, whole>(task);
+  if (one && !whole && task.usual) return {usual_steps<width>(task), 0};
+  return plain_steps<width, one, whole>(task);
 }
-template <bool same, bool whole>
+template <bool one, bool whole>
 NEEDLEFORCE_WIDE PlainReach wide_steps(const PlainTask& task) noexcept {
-  return steps_of<4, same, whole>(task);
+  return steps_of<4, one, whole>(task);
 }
 /// Of so many members at a time.
-template <bool same, bool whole>
+template <bool one, bool whole>
 PlainReach plain_steps(std::size_t width, const PlainTask& task) noexcept {
-  if (width == 4) return wide_steps<same, whole>(task);
-  return width == 2 ? steps_of<2, same, whole>(task) : steps_of<1, same, whole>(task);
+  if (width == 4) return wide_steps<one, whole>(task);
+  return width == 2 ? steps_of<2, one, whole>(task) : steps_of<1, one, whole>(task);
 }
 #else
 template <bool, bool>
