@@ -141,6 +141,7 @@ void bind_batch(nb::module_& module) {
             self.replace(static_cast<std::size_t>(i), stacked(model));
           },
           nb::arg("member"), nb::arg("model"), "Another model for a member.")
+      .def_prop_ro("nbytes", &InsertionBatch::bytes, "Memory that it takes [B].")
       .def("__len__", &InsertionBatch::size);
 }
 

@@ -64,17 +64,20 @@ struct BatchSamples {
 };
 
 /// What moves a batch in one cycle: depths [m], velocities [m/s] or nullptr for the change of depth, and the
-/// time since the last cycle [s], of each member or of all. A whole motion has a row of depths and one time
-/// for each step.
+/// time since the last cycle [s], of each member or of all. A whole motion has a row of depths (and of
+/// velocities) and one time for each step.
 struct BatchMove {
   const double* depth;
   const double* velocity;
   const double* dt;
   bool same_dt;
-  std::size_t members = 0;  ///< from one row of depths to the next
+  std::size_t members = 0;  ///< from one row to the next
 
   const double* depths(std::size_t step) const noexcept { return depth + step * members; }
-  double velocity_of(std::size_t i) const noexcept { return velocity ? velocity[i] : no_velocity; }
+  const double* velocities(std::size_t step) const noexcept { return velocity + step * members; }
+  double velocity_of(std::size_t i, std::size_t step) const noexcept {
+    return velocity ? velocities(step)[i] : no_velocity;
+  }
   double dt_of(std::size_t i, std::size_t step = 0) const noexcept { return dt[same_dt ? step : i]; }
 };
 

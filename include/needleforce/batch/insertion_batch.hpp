@@ -34,6 +34,13 @@ class InsertionBatch {
       : InsertionBatch(std::move(stacks), 0, false, limits, bevel) {}
 
   std::size_t size() const noexcept { return size_; }
+  /// Memory that it takes [B].
+  std::size_t bytes() const noexcept {
+    const std::size_t columns = laws_.layers.size();
+    return sizeof(double) * (size_ * (7 + 2 * columns) + (same_ ? most_lanes : size_) * 9 * columns) +
+           laws_.contacts.size() * sizeof(laws_.contacts[0]) + layers_.size() * columns * sizeof(Layer) +
+           prepared_.size() * sizeof(PreparedInsertion) + states_.size() * sizeof(InsertionState);
+  }
   /// True where members are stepped several at a time.
   bool plain() const noexcept { return plain_; }
 
@@ -53,9 +60,10 @@ class InsertionBatch {
     }
     for (std::size_t i = from; !plain_ && i < to; ++i)
       for (std::size_t t = 0; t < steps; ++t)
-        out.put(i,
-                prepared(i).step(states_[i], motion.depths(t)[i], motion.velocity_of(i), motion.dt_of(i, t)),
-                t);
+        out.put(
+            i,
+            prepared(i).step(states_[i], motion.depths(t)[i], motion.velocity_of(i, t), motion.dt_of(i, t)),
+            t);
   }
   /// Steps no more than so many members at a time, 1, 2, 4 or 8: with the same values, for comparisons.
   void narrow(std::size_t lanes) noexcept { lanes_ = std::min(lanes_, lanes); }
@@ -211,7 +219,7 @@ class InsertionBatch {
   [[gnu::noinline]] Sample step_one(const BatchMove& motion, std::size_t i, std::size_t t) noexcept {
     InsertionState remembered = state(i);
     const auto stepped = [&](const PreparedInsertion& prepared) {
-      return prepared.step(remembered, motion.depths(t)[i], motion.velocity_of(i), motion.dt_of(i, t));
+      return prepared.step(remembered, motion.depths(t)[i], motion.velocity_of(i, t), motion.dt_of(i, t));
     };
     const Sample sample =
         same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(layers_[i], limits_, bevel_));

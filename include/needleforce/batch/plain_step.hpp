@@ -188,12 +188,12 @@ template <std::size_t width, bool one, bool whole>
       usual &= layers[k].pierced | (z <= layers[k].puncture);
       touches |= ~layers[k].pierced & (z > layers[k].top);
     }
-    const bool measured = whole && task.motion.velocity;
+    const bool measured = task.motion.velocity != nullptr;
     Number v = none;
-    if (whole) v = travel / elapsed;
+    if (whole || measured) v = travel / elapsed;
     if (measured) {
       Number given;
-      read(given, task.motion.velocity + at);
+      read(given, task.motion.velocities(t) + at);
       Number speed = given, apart = given - v, most = v;
       make_positive(speed);
       make_positive(apart);
