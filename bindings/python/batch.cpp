@@ -62,7 +62,7 @@ Rows step(InsertionBatch& batch, const Values& depth, const std::optional<Values
   return rows;
 }
 
-/// Whole motions: part of the members at a time, so that what they remember stays near.
+/// Whole motions.
 Rows run(InsertionBatch& batch, const GivenRows& depths, const Values& dt, std::size_t threads) {
   const std::size_t n = batch.size(), steps = depths.shape(0);
   require(depths.shape(1), n, "a row of depths");
@@ -74,13 +74,9 @@ Rows run(InsertionBatch& batch, const GivenRows& depths, const Values& dt, std::
   Rows rows = new_rows(steps, n, data);
   const Running running(&batch);
   nb::gil_scoped_release release;
-  constexpr std::size_t near = 1024;
-  shared(n, threads, [&](std::size_t first, std::size_t last) {
-    for (std::size_t from = first; from < last; from += near)
-      for (std::size_t t = 0; t < steps; ++t)
-        batch.step({depths.data() + t * n, nullptr, dt.data() + t, true}, {data + t * n, n, true}, from,
-                   std::min(last, from + near));
-  });
+  const BatchMove motion{depths.data(), nullptr, dt.data(), true, n};
+  shared(n, threads,
+         [&](std::size_t from, std::size_t to) { batch.run(motion, steps, {data, n, true}, from, to); });
   return rows;
 }
 
@@ -115,6 +111,8 @@ void bind_batch(nb::module_& module) {
       .def("_step", &step, nb::arg("depths"), nb::arg("velocities").none(), nb::arg("dt"), nb::arg("threads"),
            "Rows of the samples' numbers.")
       .def("_run", &run, nb::arg("depths"), nb::arg("dt"), nb::arg("threads"), "The forces [N], as depths.")
+      .def("_narrow", &InsertionBatch::narrow, nb::arg("lanes"),
+           "Steps no more than so many members at a time, with the same values.")
       .def(
           "_reset",
           [](InsertionBatch& self, const std::optional<Members>& members) {
@@ -143,6 +141,7 @@ void bind_batch(nb::module_& module) {
             self.replace(static_cast<std::size_t>(i), stacked(model));
           },
           nb::arg("member"), nb::arg("model"), "Another model for a member.")
+      .def_prop_ro("nbytes", &InsertionBatch::bytes, "Memory that it takes [B].")
       .def("__len__", &InsertionBatch::size);
 }
 

@@ -47,7 +47,10 @@ def test_some_members_start_again():
         (lambda batch: batch.restore(()), "not of a batch of 3"),
         (lambda batch: nf.InsertionBatch.of([*batch.engines, batch.engines[0]]), "the same object as engine 0"),
         (lambda batch: nf.InsertionBatch.of([nf.preset("paper")]), "not an insertion"),
-        (lambda batch: nf.InsertionBatch.of(batch.engines, threads=0), "less than 1"),
+        (lambda batch: nf.InsertionBatch.of(batch.engines, threads=0), "threads is 0, below 1"),
+        (lambda batch: batch.step([0.0, 1.0], dt=1e-3), r"the shape of depths is \(2,\), not \(3,\)"),
+        (lambda batch: batch.reset([0.5]), "neither places nor a mask"),
+        (lambda batch: batch.restore(3), "Give what snapshot"),
     ],
 )
 def test_what_fits_no_batch_is_refused(call, message):

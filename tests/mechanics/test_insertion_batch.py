@@ -11,7 +11,26 @@ FIELDS = (
     "depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth", "force_by_velocity",
     "contact", "punctured", "exit",
 )  # fmt: skip
-MODELS = ("paper", "physical", "maurin", "layered", "lugre", "relaxing")
+PAPER = nf.preset("paper")
+
+
+def deeper(top, puncture, **changed):
+    """The paper's tissue again, from a depth on."""
+    laws = {"stiffness": PAPER.stiffness, "friction": PAPER.friction, "cutting": PAPER.cutting, **changed}
+    return nf.Layer(top=top, puncture=nf.laws.PunctureDepth(puncture), **laws)
+
+
+SOFTER = nf.laws.Coulomb(per_length=9.0, presliding=1e-3, dimple_ratio=0.5)
+# the third layer continues the second without an interface; in the last nothing is cut
+STACK = PAPER.replace(
+    deeper=(
+        deeper(4e-3, 1e-3, friction=SOFTER),
+        deeper(6e-3, 0.0, friction=SOFTER),
+        deeper(8e-3, 2e-3, cutting=nf.laws.NoCutting()),
+    )
+)
+MODELS = {name: nf.preset(name) for name in ("paper", "physical", "maurin", "layered", "lugre", "relaxing")}
+MODELS["stack"] = STACK
 BEVEL = core.Bevel(half_angle=0.35, friction_coefficient=0.1, face_share=0.5)
 
 
@@ -46,7 +65,7 @@ def as_single(batch, engines, depths, velocities, dt):
 @pytest.mark.parametrize("name", MODELS)
 @pytest.mark.parametrize("measured", [False, True])
 def test_values_are_those_of_single_insertions(name, measured):
-    model, n, depths = nf.preset(name), 13, motions(1500, 13, 3)
+    model, n, depths = MODELS[name], 13, motions(1500, 13, 3)
     speeds = np.gradient(np.nan_to_num(depths, posinf=0.0), 1e-3, axis=0) if measured else None
     batch = nf.InsertionBatch(model, n, bevel=BEVEL)
     as_single(batch, singles(model, n, bevel=BEVEL), depths, speeds, 1e-3)
@@ -65,9 +84,22 @@ def test_a_dimple_that_stays_with_long_presliding():
     as_single(nf.InsertionBatch(model, 7), singles(model, 7), motions(1200, 7, 12), None, 1e-3)
 
 
-@pytest.mark.parametrize("name", ["paper", "layered"])
+@pytest.mark.parametrize("lanes", [4, 2, 1])
+@pytest.mark.parametrize("name", ["paper", "stack", "relaxing"])
+def test_whole_motions_are_those_of_single_insertions_on_any_processor(name, lanes):
+    depths = motions(3000, 15, 11)
+    batch = nf.InsertionBatch([MODELS[name]] * 15)
+    batch._narrow(lanes)
+    alone = [
+        engine.forces(np.ascontiguousarray(z), np.full(3000, 1e-3))
+        for engine, z in zip(singles(MODELS[name], 15), depths.T)
+    ]
+    np.testing.assert_array_equal(batch.run(depths, 1e-3), np.transpose(alone))
+
+
+@pytest.mark.parametrize("name", ["paper", "stack", "layered"])
 def test_whole_motions_and_threads_give_the_same(name):
-    model, n = nf.preset(name), 3000
+    model, n = MODELS[name], 3000
     depths = np.linspace(-1e-3, 15e-3, 60)[:, None] * np.linspace(0.2, 1.0, n)
     one, four = nf.InsertionBatch(model, n), nf.InsertionBatch(model, n, threads=4)
     together, apart = four.run(depths, 5e-3), np.array([one.step(z, None, 5e-3).force for z in depths])
@@ -76,9 +108,9 @@ def test_whole_motions_and_threads_give_the_same(name):
     np.testing.assert_array_equal(together[:, 17], alone)
 
 
-@pytest.mark.parametrize("name", ["paper", "layered"])
+@pytest.mark.parametrize("name", ["paper", "stack", "layered"])
 def test_some_members_start_again_or_return(name):
-    model, n, depths = nf.preset(name), 10, motions(800, 10, 6)
+    model, n, depths = MODELS[name], 10, motions(800, 10, 6)
     batch, engines = nf.InsertionBatch(model, n), singles(model, n)
     as_single(batch, engines, depths[:500], None, 1e-3)
     saved, kept = batch.snapshot(), [engine.snapshot() for engine in engines]
@@ -113,19 +145,7 @@ def test_a_member_gets_another_model_and_the_others_continue(others, own):
         batch.restore(before)
 
 
-def test_a_model_that_is_refused_changes_no_member():
-    model, n, depths = nf.preset("paper"), 5, motions(600, 5, 9)
-    batch, engines = nf.InsertionBatch(model, n), singles(model, n)
-    as_single(batch, engines, depths[:300], None, 1e-3)
-    broken = nf.preset("layered")
-    object.__setattr__(broken, "deeper", (broken.deeper[0].replace(top=-1.0),))
-    for member, given, words in ((1, broken, "layer 2"), (5, model, "not between 0 and 4"), (0, "paper", "model")):
-        with pytest.raises(nf.InputError, match=words):
-            batch.replace(member, given)
-    as_single(batch, engines, depths[300:], None, 1e-3)
-
-
-def test_none_a_million_and_what_is_refused():
+def test_none_and_a_million():
     model = nf.preset("paper")
     none = nf.InsertionBatch(model, 0)
     assert len(none.step([], None, 1e-3).force) == 0 and none.run(np.zeros((5, 0)), 1e-3).shape == (5, 0)
@@ -133,20 +153,69 @@ def test_none_a_million_and_what_is_refused():
     for depth in (0.0, 1e-3, 12e-3):
         forces = many.step(depth, None, 1.0).force
     assert np.all(forces == forces[0]) and forces[0] > 0.1
-    batch = nf.InsertionBatch(model, 3)
-    dt = batch.step([0.0, 1e-3, 2e-3], None, [1e-3, 0.0, np.nan])
-    assert list(dt.status) == [0, 1, 3] and dt.force[1] == dt.force[2] == 0.0
-    for wrong, words in (
-        (lambda: nf.InsertionBatch(model), "needed with one model"),
-        (lambda: nf.InsertionBatch(model, -1), "below 0"),
-        (lambda: nf.InsertionBatch([model] * 2, 3), "not the number of models, 2"),
-        (lambda: nf.InsertionBatch("paper", 3), "model 0"),
-        (lambda: batch.step([0.0, 1.0], None, 1e-3), "not that of the batch, 3"),
-        (lambda: batch.step([0.0] * 3, None, [1e-3] * 2), "the length of dt"),
-        (lambda: batch.run([0.0] * 3, 1e-3), "the dimensions of depths"),
-        (lambda: batch.reset([3]), "not between 0 and 2"),
-        (lambda: batch.reset([True, False]), "the length of members"),
-        (lambda: batch.restore(nf.InsertionBatch(nf.preset("lugre"), 3)), "not of this batch"),
-    ):
-        with pytest.raises(nf.InputError, match=words):
-            wrong()
+    assert 50e6 < many.nbytes < 100e6
+
+
+def test_members_with_another_dt_or_without_a_number_are_refused_alone():
+    batch = nf.InsertionBatch(nf.preset("paper"), 4)
+    dt = batch.step([0.0, 1e-3, 2e-3, np.nan], None, [1e-3, 0.0, np.nan, 1e-3])
+    assert list(dt.status) == [0, 1, 3, 3] and not dt.force[1:].any()
+    after = batch.step([1e-4, 1e-3, 1e-3, 1e-3], [0.1, 0.0, np.inf, 0.0], 1e-3)
+    assert list(after.status) == [0, 0, 3, 0] and after.force[1] > 0.0
+
+
+MODEL = nf.preset("paper")
+BROKEN = nf.preset("layered")
+object.__setattr__(BROKEN, "deeper", (BROKEN.deeper[0].replace(top=-1.0),))
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda b: nf.InsertionBatch(MODEL), "needed with one model"),
+        (lambda b: nf.InsertionBatch(MODEL, -1), "below 0"),
+        (lambda b: nf.InsertionBatch(MODEL, 2.5), "n is 2.5, not a whole number"),
+        (lambda b: nf.InsertionBatch(MODEL, "3"), "not a whole number"),
+        (lambda b: nf.InsertionBatch(MODEL, 10**15), "more than memory has room for"),
+        (lambda b: nf.InsertionBatch([MODEL] * 2, 3), "not the number of models, 2"),
+        (lambda b: nf.InsertionBatch("paper", 3), "model 0"),
+        (lambda b: nf.InsertionBatch(None, 3), "model 0"),
+        (lambda b: nf.InsertionBatch([MODEL, BROKEN, MODEL]), "model 1: layer 2, top"),
+        (lambda b: nf.InsertionBatch(MODEL, 3, threads=0), "threads is 0, below 1"),
+        (lambda b: nf.InsertionBatch(MODEL, 3, threads="two"), "threads"),
+        (lambda b: b.step([0.0, 1.0], None, 1e-3), r"the shape of depths is \(2,\), not \(3,\)"),
+        (lambda b: b.step([[0.0], [0.0, 1.0], 0.0], None, 1e-3), "depths is rows of different lengths"),
+        (lambda b: b.step([0.0] * 3, "fast", 1e-3), "velocities"),
+        (lambda b: b.step([0.0] * 3, None, [1e-3] * 2), "the shape of dt"),
+        (lambda b: b.step([0.0] * 3, None, None), "dt"),
+        (lambda b: b.run([[0.0] * 3, [0.0]], 1e-3), "let a shorter motion end with its last depth"),
+        (lambda b: b.run([0.0] * 3, 1e-3), r"not \(steps, 3\)"),
+        (lambda b: b.run(np.zeros((4, 2)), 1e-3), "Give a column for each member"),
+        (lambda b: b.run(np.zeros((4, 3)) * 1j, 1e-3), "not real numbers"),
+        (lambda b: b.run(np.zeros((4, 3)), [1e-3] * 3), r"the shape of dt is \(3,\), not \(4,\)"),
+        (lambda b: b.run(np.zeros((4, 3)), np.ones((4, 3))), r"are moved by step\(\)"),
+        (lambda b: b.replace(-1, MODEL), "member is -1"),
+        (lambda b: b.replace(3, MODEL), "not between 0 and 2"),
+        (lambda b: b.replace(1.5, MODEL), "not a whole number"),
+        (lambda b: b.replace(1, "paper"), "model is str"),
+        (lambda b: b.replace(1, BROKEN), "layer 2"),
+        (lambda b: b.reset([3]), "not between 0 and 2"),
+        (lambda b: b.reset([0.5]), "neither places nor a mask"),
+        (lambda b: b.reset([np.nan]), "neither places nor a mask"),
+        (lambda b: b.reset([[0, 1], [1, 2]]), "neither places nor a mask"),
+        (lambda b: b.reset([2**70]), "neither places nor a mask"),
+        (lambda b: b.reset([True, False]), "the length of members"),
+        (lambda b: b.restore(b.snapshot(), ["a"]), "neither places nor a mask"),
+        (lambda b: b.restore(None), "Give what snapshot"),
+        (lambda b: b.restore(nf.InsertionBatch(MODEL, 2)), "not of this batch"),
+        (lambda b: b.restore(nf.InsertionBatch(nf.preset("lugre"), 3)), "not of this batch"),
+    ],
+)
+def test_what_is_refused_changes_no_member(call, words):
+    batch = nf.InsertionBatch(MODEL, 3)
+    batch.run(np.linspace(0.0, 9e-3, 40)[:, None] * np.ones(3), 1e-2)
+    before = batch.snapshot()
+    with pytest.raises(nf.InputError, match=words):
+        call(batch)
+    steps = [each.step(9e-3, None, 1e-3) for each in (batch, before)]
+    np.testing.assert_array_equal(steps[0].force, steps[1].force)

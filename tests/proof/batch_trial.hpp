@@ -17,23 +17,32 @@ class BatchTrial {
   BatchTrial(std::span<const Layer> layers, const Limits& limits, const Bevel& bevel)
       : same_(layers, members, limits, bevel),
         own_(std::vector(members, std::vector<Layer>(layers.begin(), layers.end())), limits, bevel),
-        kept_(same_) {}
+        moved_(same_),
+        kept_(same_) {
+    own_.narrow(2);
+  }
 
   void reset() {
-    for (std::size_t i = 0; i < members; ++i) same_.reset(i), own_.reset(i);
+    for (std::size_t i = 0; i < members; ++i) same_.reset(i), own_.reset(i), moved_.reset(i);
   }
   void keep() { kept_ = same_; }
   void restore() {
     for (std::size_t i = 0; i < members; ++i)
       require(same_.restore(i, kept_) && own_.restore(i, kept_) == own_.of_same_models(kept_),
               "a member is put back"),
-          own_.return_to(i, kept_.state(i));
+          own_.return_to(i, kept_.state(i)), moved_.return_to(i, kept_.state(i));
   }
   /// `numbers` are those of the engine's sample.
   void step(double depth, double velocity, double dt, const std::array<double, batch_rows>& numbers) {
     std::array<double, members> depths, velocities;
     depths.fill(depth), velocities.fill(velocity);
     const BatchMove move{depths.data(), velocities.data(), &dt, true};
+    // of whole motions, which have no velocities of their own
+    const bool alone = velocity == no_velocity;
+    moved_.run({depths.data(), alone ? nullptr : velocities.data(), &dt, true, members}, 1,
+               {rows_.data(), members, true}, 0, members);
+    for (std::size_t i = 0; i < members; ++i)
+      require(rows_[i] == numbers[static_cast<std::size_t>(BatchRow::force)], "a motion has the same force");
     for (InsertionBatch* batch : {&same_, &own_}) {
       batch->step(move, {rows_.data(), members});
       for (std::size_t k = 0; k < batch_rows; ++k)
@@ -44,7 +53,7 @@ class BatchTrial {
 
  private:
   static constexpr std::size_t members = 6;  // more than are worked on at a time, and not whole lanes
-  InsertionBatch same_, own_, kept_;
+  InsertionBatch same_, own_, moved_, kept_;
   std::array<double, batch_rows * members> rows_{};
 };
 

@@ -12,6 +12,7 @@
 
 #include "../prepared_insertion.hpp"
 #include "batch_rows.hpp"
+#include "contact_rows.hpp"
 #include "plain_columns.hpp"
 #include "plain_step.hpp"
 
@@ -33,6 +34,13 @@ class InsertionBatch {
       : InsertionBatch(std::move(stacks), 0, false, limits, bevel) {}
 
   std::size_t size() const noexcept { return size_; }
+  /// Memory that it takes [B].
+  std::size_t bytes() const noexcept {
+    const std::size_t columns = laws_.layers.size();
+    return sizeof(double) * (size_ * (7 + 2 * columns) + (same_ ? most_lanes : size_) * 9 * columns) +
+           laws_.contacts.size() * sizeof(laws_.contacts[0]) + layers_.size() * columns * sizeof(Layer) +
+           prepared_.size() * sizeof(PreparedInsertion) + states_.size() * sizeof(InsertionState);
+  }
   /// True where members are stepped several at a time.
   bool plain() const noexcept { return plain_; }
 
@@ -40,20 +48,31 @@ class InsertionBatch {
   void step(const BatchMove& move, const BatchSamples& out) noexcept { step(move, out, 0, size_); }
   /// One cycle of the members from..to.
   void step(const BatchMove& move, const BatchSamples& out, std::size_t from, std::size_t to) noexcept {
-    if (!plain_) {
-      for (std::size_t i = from; i < to; ++i)
-        out.put(i, prepared(i).step(states_[i], move.depth[i], velocity(move, i), move.dt_of(i)));
-      return;
-    }
-    for (std::size_t at = from; at < to; at += detail::plain_block)
-      step_block(move, out, at, std::min(to - at, detail::plain_block));
+    run(move, 1, out, from, to);
   }
+  /// Whole motions of the members from..to: so many steps, of which `out` takes the force alone.
+  void run(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t from,
+           std::size_t to) noexcept {
+    for (std::size_t at = from; plain_ && at < to;) {
+      const std::size_t width = to - at < lanes_ ? 1 : lanes_;
+      run_lanes(motion, steps, out, at, width);
+      at += width;
+    }
+    for (std::size_t i = from; !plain_ && i < to; ++i)
+      for (std::size_t t = 0; t < steps; ++t)
+        out.put(
+            i,
+            prepared(i).step(states_[i], motion.depths(t)[i], motion.velocity_of(i, t), motion.dt_of(i, t)),
+            t);
+  }
+  /// Steps no more than so many members at a time, 1, 2, 4 or 8: with the same values, for comparisons.
+  void narrow(std::size_t lanes) noexcept { lanes_ = std::min(lanes_, lanes); }
 
   /// Back to before the first contact.
   void reset(std::size_t i) noexcept { return_to(i, InsertionState{}); }
   /// What a member remembers, and back to it.
   InsertionState state(std::size_t i) const noexcept {
-    return plain_ ? columns_.state(i, laws_, same_ ? 0 : i) : states_[i];
+    return plain_ ? columns_.state(i, laws_, law_of(i)) : states_[i];
   }
   void return_to(std::size_t i, const InsertionState& state) noexcept {
     if (plain_)
@@ -78,13 +97,14 @@ class InsertionBatch {
     if (i >= size_ || first_fault(layers).reason) return false;
     if (same_) separate();
     const Stacks stack(1, std::vector<Layer>(layers.begin(), layers.end()));
-    if (plain_ && !are_plain(stack, limits_, bevel_)) leave_columns();
+    if (plain_ && !(layers.size() == laws_.layers.size() && are_plain(stack, limits_, bevel_)))
+      leave_columns();
     models_ -= at_its_place(i);
     prints_[i] = fingerprint(layers);
     models_ += at_its_place(i);
     if (plain_) {
-      layers_[i] = layers[0];
-      laws_.put(i, layers[0]);
+      layers_[i] = stack[0];
+      laws_.put(i, layers);
     } else {
       prepared_[i] = PreparedInsertion(layers, limits_, bevel_);
     }
@@ -100,8 +120,8 @@ class InsertionBatch {
         bevel_(bevel),
         lateral_ratio_(bevel.lateral_ratio()),
         plain_(are_plain(stacks, limits, bevel)),
-        columns_(plain_ ? size_ : 0),
-        laws_(plain_ ? stacks.size() : 0) {
+        columns_(plain_ ? size_ : 0, plain_ ? stacks[0].size() : 0),
+        laws_(0, 0) {
     for (const auto& stack : stacks) prints_.push_back(fingerprint(stack));
     add_up();
     if (!plain_) {
@@ -109,12 +129,16 @@ class InsertionBatch {
       for (const auto& stack : stacks) prepared_.emplace_back(stack, limits, bevel);
       return;
     }
-    for (const auto& stack : stacks) {
-      layers_.push_back(stack[0]);
-      laws_.add(stack[0]);
-    }
-    if (same) prepared_.emplace_back(stacks[0], limits, bevel);
+    layers_ = std::move(stacks);
+    if (same) prepared_.emplace_back(layers_[0], limits, bevel);
+    find_laws();
   }
+
+  void find_laws() {
+    laws_ = PlainLaws(same_ ? most_lanes : size_, layers_.empty() ? 0 : layers_[0].size());
+    for (std::size_t i = 0; i < (same_ ? most_lanes : size_); ++i) laws_.put(i, layers_[same_ ? 0 : i]);
+  }
+  std::size_t law_of(std::size_t i) const noexcept { return same_ ? 0 : i; }
 
   /// What a model adds to the number that distinguishes all of them.
   std::uint64_t at_its_place(std::size_t i) const noexcept {
@@ -131,10 +155,9 @@ class InsertionBatch {
   void separate() {
     same_ = false;
     if (plain_) {
-      const Layer all = layers_[0];
+      const std::vector<Layer> all = layers_[0];
       layers_.assign(size_, all);
-      laws_ = PlainLaws(size_);
-      for (const Layer& layer : layers_) laws_.add(layer);
+      find_laws();
       prepared_.clear();
     } else {
       const PreparedInsertion all = prepared_[0];
@@ -148,71 +171,58 @@ class InsertionBatch {
   void leave_columns() {
     for (std::size_t i = 0; i < size_; ++i) {
       states_.push_back(state(i));
-      prepared_.emplace_back(std::span(&layers_[i], 1), limits_, bevel_);
+      prepared_.emplace_back(layers_[i], limits_, bevel_);
     }
     plain_ = false;
-    columns_ = PlainColumns(0);
-    laws_ = PlainLaws(0);
+    columns_ = PlainColumns(0, 0);
+    laws_ = PlainLaws(0, 0);
     layers_.clear();
   }
 
   static bool are_plain(const Stacks& stacks, const Limits& limits, const Bevel& bevel) {
-    return valid(limits) && !first_invalid(bevel) && limits.depth_noise == 0.0 && limits.hold_time == 0.0 &&
-           std::ranges::all_of(stacks, [](const auto& stack) {
-             return stack.size() == 1 && needleforce::plain(stack[0].laws) && !first_fault(stack).reason;
+    return detail::lanes_here() > 0 && valid(limits) && !first_invalid(bevel) && limits.depth_noise == 0.0 &&
+           limits.hold_time == 0.0 && !stacks.empty() && std::ranges::all_of(stacks, [&](const auto& stack) {
+             return stack.size() == stacks[0].size() && !first_fault(stack).reason &&
+                    std::ranges::all_of(stack,
+                                        [](const Layer& each) { return needleforce::plain(each.laws); });
            });
   }
-  static double velocity(const BatchMove& move, std::size_t i) noexcept {
-    return move.velocity ? move.velocity[i] : no_velocity;
-  }
   const PreparedInsertion& prepared(std::size_t i) const noexcept { return prepared_[same_ ? 0 : i]; }
-  const Layer& layers(std::size_t i) const noexcept { return layers_[same_ ? 0 : i]; }
 
-  void step_block(const BatchMove& move, const BatchSamples& out, std::size_t from, std::size_t n) noexcept {
-    detail::PlainBlock block;
-    detail::fill(block, move, from, n);
-    const auto contacts = [&](const auto& law_of) {
-      detail::fill_contacts(block, from, n, columns_, laws_.top, same_, law_of);
-    };
-    if (same_)
-      dispatch(laws_.contact[0],
-               [&]<class Law>(const Law& law) { contacts([&](std::size_t) -> const Law& { return law; }); });
-    else
-      contacts([&](std::size_t i) { return AnyContact{laws_.contact[i]}; });
+  /// Steps `width` members from `at` on. While one of them is not pierced, its contacts are found before its
+  /// steps.
+  void run_lanes(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t at,
+                 std::size_t width) noexcept {
+    constexpr std::size_t some = detail::ContactRows::most;
+    const bool one = laws_.layers.size() == 1;
     const auto kernel = out.force_alone
-                            ? (same_ ? detail::plain_step<true, false> : detail::plain_step<false, false>)
-                            : (same_ ? detail::plain_step<true, true> : detail::plain_step<false, true>);
-    kernel(move.velocity != nullptr, from, n, limits(), laws_, columns_, block);
-    for (std::size_t k = 0; k < batch_rows; ++k)
-      if (!out.force_alone || k == static_cast<std::size_t>(BatchRow::force))
-        std::copy_n(block.rows[k].data(), n, out.row(static_cast<BatchRow>(k)) + from);
-    for (std::size_t i = 0; i < n; ++i)
-      if (block.rare[i] > 0.0) out.put(from + i, step_one(move, from + i));
+                            ? (one ? detail::plain_steps<true, false> : detail::plain_steps<false, false>)
+                            : (one ? detail::plain_steps<true, true> : detail::plain_steps<false, true>);
+    const detail::PlainLimits limits = this->limits();
+    const bool may_be_usual = one && out.force_alone && motion.same_dt && !motion.velocity;
+    detail::ContactRows rows;
+    detail::PlainTask task{motion, out, limits, laws_, columns_, {}, at, law_of(at), 0, steps, may_be_usual};
+    while (task.from < steps) {
+      task.to = std::min(steps, task.from + some);
+      task.contacts = rows.find(task, width);
+      const auto [reached, rare] = kernel(width, task);
+      for (std::size_t i = 0; rare >> i; ++i)
+        if (rare >> i & 1u) out.put(at + i, step_one(motion, at + i, reached - 1), reached - 1);
+      task.usual = may_be_usual && reached == task.to;
+      task.from = reached;
+    }
   }
   detail::PlainLimits limits() const noexcept {
     return {std::min(limits_.max_speed, fastest), limits_.velocity_slack, limits_.velocity_slack_ratio,
             lateral_ratio_};
   }
-  /// A contact of any law.
-  struct AnyContact {
-    const Prepared<Stiffness>& law;
-    double force(double h) const noexcept {
-      return dispatch(law, [h](const auto& each) { return each.force(h); });
-    }
-    double slope(double h) const noexcept {
-      return dispatch(law, [h](const auto& each) { return each.slope(h); });
-    }
-    double reach() const noexcept {
-      return dispatch(law, [](const auto& each) { return each.reach(); });
-    }
-  };
-  [[gnu::noinline]] Sample step_one(const BatchMove& move, std::size_t i) noexcept {
+  [[gnu::noinline]] Sample step_one(const BatchMove& motion, std::size_t i, std::size_t t) noexcept {
     InsertionState remembered = state(i);
     const auto stepped = [&](const PreparedInsertion& prepared) {
-      return prepared.step(remembered, move.depth[i], velocity(move, i), move.dt_of(i));
+      return prepared.step(remembered, motion.depths(t)[i], motion.velocity_of(i, t), motion.dt_of(i, t));
     };
     const Sample sample =
-        same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(std::span(&layers(i), 1), limits_, bevel_));
+        same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(layers_[i], limits_, bevel_));
     columns_.remember(i, remembered);
     return sample;
   }
@@ -225,9 +235,10 @@ class InsertionBatch {
   Bevel bevel_;
   double lateral_ratio_;
   bool plain_;
+  std::size_t lanes_ = detail::lanes_here();
   PlainColumns columns_;
   PlainLaws laws_;
-  std::vector<Layer> layers_;
+  Stacks layers_;
   std::vector<PreparedInsertion> prepared_;
   std::vector<InsertionState> states_;
 };

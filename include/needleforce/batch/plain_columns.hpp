@@ -1,82 +1,103 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many insertions into one layer with the paper's friction and cutting: their laws, and what each remembers,
-// in columns.
+// Many insertions into layers with the paper's friction and cutting: their laws, and what each remembers, in
+// columns.
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
+#include <span>
 #include <variant>
 #include <vector>
 
 #include "../model.hpp"
+#include "../model_fingerprint.hpp"
 #include "../state.hpp"
+#include "lanes.hpp"
 
 namespace needleforce {
-
-/// As many numbers as are worked on at a time.
-inline constexpr std::size_t lanes = 4;
-
-/// A number of each member; room for whole lanes.
-using Column = std::vector<double>;
-inline Column column(std::size_t n) { return Column((n + lanes - 1) / lanes * lanes); }
 
 /// True for a model whose insertions stand in columns.
 inline bool plain(const Model& model) noexcept {
   return std::holds_alternative<laws::Coulomb>(model.friction) &&
-         std::holds_alternative<laws::ConstantCutting>(model.cutting) &&
+         (std::holds_alternative<laws::ConstantCutting>(model.cutting) ||
+          std::holds_alternative<laws::NoCutting>(model.cutting)) &&
          std::holds_alternative<laws::NoRelaxation>(model.relaxation);
 }
 
-/// The laws of each member, or of all: depths [m] of top, puncture and the surface of the embedded shaft,
-/// friction [N/m] and its stiffness [N/m^2], cutting force [N] over its unloading [1/m].
-struct PlainLaws {
-  Column top, puncture, surface, per_length, stiffness, full, per_travel;
-  std::vector<Prepared<Stiffness>> contact;
+/// The laws of a layer of each member: depths [m] of top, puncture and the surface of the embedded shaft, and
+/// how far this is below that of the same tissue above; friction [N/m] and its stiffness [N/m^2], cutting
+/// force [N] over its unloading [1/m]; 1 for a layer that continues the one above.
+struct PlainLayerLaws {
+  Column top, puncture, surface, rise, per_length, stiffness, full, per_travel, joined;
 
-  explicit PlainLaws(std::size_t n)
-      : top(column(n)),
-        puncture(column(n)),
-        surface(column(n)),
-        per_length(column(n)),
-        stiffness(column(n)),
-        full(column(n)),
-        per_travel(column(n)) {
-    contact.reserve(n);
+  explicit PlainLayerLaws(std::size_t n)
+      : top(n),
+        puncture(n),
+        surface(n),
+        rise(n),
+        per_length(n),
+        stiffness(n),
+        full(n),
+        per_travel(n, 1.0),
+        joined(n) {}
+};
+
+/// The laws of each member, or of all: then they stand there as often as is read at a time.
+struct PlainLaws {
+  std::vector<PlainLayerLaws> layers;
+  std::vector<Prepared<Stiffness>> contacts;  // of all layers of a member in turn
+
+  PlainLaws(std::size_t n, std::size_t count) : layers(count, PlainLayerLaws(n)), contacts(n * count) {}
+
+  const Prepared<Stiffness>& contact(std::size_t i, std::size_t layer) const noexcept {
+    return contacts[i * layers.size() + layer];
   }
-  void add(const Layer& layer) {
-    contact.emplace_back();
-    put(contact.size() - 1, layer);
-  }
-  void put(std::size_t i, const Layer& layer) {
-    contact[i] = prepare(layer.laws.stiffness);
-    const auto friction = std::get<laws::Coulomb>(layer.laws.friction).prepare();
-    const auto cutting = std::get<laws::ConstantCutting>(layer.laws.cutting).prepare();
-    top[i] = layer.top;
-    puncture[i] = layer.top + puncture_depth(layer.laws.puncture, contact[i]);
-    surface[i] = friction.surface(top[i], puncture[i]);
-    per_length[i] = friction.per_length;
-    stiffness[i] = friction.stiffness;
-    full[i] = cutting.full;
-    per_travel[i] = cutting.per_travel;
+  void put(std::size_t i, std::span<const Layer> stack) {
+    double root = 0.0;
+    for (std::size_t k = 0; k < stack.size(); ++k) {
+      const Layer& layer = stack[k];
+      auto& contact = contacts[i * layers.size() + k];
+      contact = prepare(layer.laws.stiffness);
+      const auto friction = std::get<laws::Coulomb>(layer.laws.friction).prepare();
+      PlainLayerLaws& laws = layers[k];
+      laws.top[i] = layer.top;
+      laws.puncture[i] = layer.top + puncture_depth(layer.laws.puncture, contact);
+      laws.surface[i] = friction.surface(layer.top, laws.puncture[i]);
+      laws.per_length[i] = friction.per_length;
+      laws.stiffness[i] = friction.stiffness;
+      const bool joined = k > 0 && !(laws.puncture[i] > layer.top) &&
+                          same_law(layer.laws.friction, stack[k - 1].laws.friction);
+      laws.joined[i] = joined ? 1.0 : 0.0;
+      if (!joined) root = laws.surface[i];
+      laws.rise[i] = std::max(0.0, laws.surface[i] - root);
+      if (const auto* cuts = std::get_if<laws::ConstantCutting>(&layer.laws.cutting)) {
+        laws.full[i] = cuts->prepare().full;
+        laws.per_travel[i] = cuts->prepare().per_travel;
+      } else {
+        laws.full[i] = 0.0, laws.per_travel[i] = 1.0;
+      }
+    }
   }
 };
 
 /// What plain members remember between two steps.
 struct PlainColumns {
-  Column depth, waited, front, entry, retreat_limit, traction;
-  Column pierced, free, started;  // 1 or 0
+  struct InLayer {
+    Column traction, pierced;  // 1 or 0
+  };
+  Column depth, waited, front, entry, retreat_limit;
+  Column free, started;  // 1 or 0
+  std::vector<InLayer> layers;
 
-  explicit PlainColumns(std::size_t n)
-      : depth(column(n)),
-        waited(column(n)),
-        front(column(n)),
-        entry(column(n)),
-        retreat_limit(column(n)),
-        traction(column(n)),
-        pierced(column(n)),
-        free(Column(column(n).size(), 1.0)),
-        started(column(n)) {}
+  PlainColumns(std::size_t n, std::size_t count)
+      : depth(n),
+        waited(n),
+        front(n),
+        entry(n),
+        retreat_limit(n),
+        free(Column(n, 1.0)),
+        started(n),
+        layers(count, InLayer{Column(n), Column(n)}) {}
 
   /// The memory of a member as an `Insertion` has it, but for what no plain law reads.
   InsertionState state(std::size_t i, const PlainLaws& laws, std::size_t law) const noexcept {
@@ -85,31 +106,41 @@ struct PlainColumns {
     state.depth = depth[i];
     state.waited = waited[i];
     state.deepest = state.started ? depth[i] : -farthest;
-    state.pierced = pierced[i] > 0.0 ? 1 : 0;
     state.phase = free[i] > 0.0 ? Phase::free : Phase::insertion;
     state.cut = {entry[i], retreat_limit[i], front[i], 0.0};
-    LayerState& layer = state.layers[0];
-    // where the last step put it: a shaft that begins at a puncture is as long as the tissue above allows
-    if (state.started) layer.shaft.surface = laws.surface[law];
-    layer.pierced = pierced[i] > 0.0;
-    layer.puncture_depth = layer.pierced ? laws.puncture[law] : 0.0;
-    layer.friction.of<TractionMemory>() = {{traction[i]}, traction[i]};
-    if (layer.pierced || !state.started) return state;
-    layer.indentation = std::max(0.0, depth[i] - laws.top[law]);
-    layer.contact_force =
-        dispatch(laws.contact[law], [&](const auto& contact) { return contact.force(layer.indentation); });
+    double bottom = std::numeric_limits<double>::infinity();
+    for (std::size_t k = layers.size(); k-- > 0;) {
+      LayerState& layer = state.layers[k];
+      layer.pierced = layers[k].pierced[i] > 0.0;
+      if (layer.pierced) state.pierced = std::max(state.pierced, k + 1);
+      const double surface = laws.layers[k].surface[law];
+      layer.puncture_depth = layer.pierced ? laws.layers[k].puncture[law] : 0.0;
+      layer.friction.of<TractionMemory>() = {{layers[k].traction[i]}, layers[k].traction[i]};
+      if (!state.started) continue;
+      // where the last step put it: a shaft that begins at a puncture is as long as the tissue above allows
+      layer.shaft.surface = surface;
+      if (layer.pierced && depth[i] > 0.0)
+        layer.shaft.embedded = embedded_length(std::min(depth[i], bottom), surface);
+      bottom = surface;
+      if (layer.pierced) continue;
+      layer.indentation = std::max(0.0, depth[i] - laws.layers[k].top[law]);
+      layer.contact_force = dispatch(laws.contact(law, k),
+                                     [&](const auto& contact) { return contact.force(layer.indentation); });
+    }
     return state;
   }
   void remember(std::size_t i, const InsertionState& state) noexcept {
     started[i] = state.started ? 1.0 : 0.0;
     depth[i] = state.depth;
     waited[i] = state.waited;
-    pierced[i] = state.pierced > 0 ? 1.0 : 0.0;
     free[i] = state.phase == Phase::free ? 1.0 : 0.0;
     entry[i] = state.cut.entry;
     retreat_limit[i] = state.cut.retreat_limit;
     front[i] = state.cut.front;
-    traction[i] = state.layers[0].friction.of<TractionMemory>().traction;
+    for (std::size_t k = 0; k < layers.size(); ++k) {
+      layers[k].pierced[i] = state.layers[k].pierced ? 1.0 : 0.0;
+      layers[k].traction[i] = state.layers[k].friction.of<TractionMemory>().traction;
+    }
   }
 };
 

@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..checks import instance_of
 from ..errors import InputError
+from .members import motions, numbers, one_each, places, whole_number
 
 
 class EngineBatch:
-    """Engines that are moved together, each with the values that it has alone; see ``InsertionBatch.of``.
+    """Needles that bend, or condensed solids, that are moved together: ``InsertionBatch.of([…])``.
 
-    Each costs what it costs alone. Threads share out the members of ``run``, which leaves Python's lock to others.
+    Each has the values that it has alone and costs what it costs alone. Threads share out the members of ``run``, which
+    leaves Python's lock to others.
 
     Parameters
     ----------
@@ -30,9 +33,7 @@ class EngineBatch:
     """
 
     def __init__(self, engines: Sequence[Any], threads: int = 1):
-        self.engines, self.threads = tuple(engines), int(threads)
-        if self.threads < 1:
-            raise InputError("threads", threads, "less than 1")
+        self.engines, self.threads = tuple(engines), whole_number("threads", threads, 1)
         seen: dict[int, int] = {}
         for number, engine in enumerate(self.engines):
             if not all(hasattr(engine, needed) for needed in ("step", "run", "reset", "snapshot", "restore")):
@@ -65,7 +66,7 @@ class EngineBatch:
         list
             The sample of each.
         """
-        given = np.broadcast_to(np.asarray(depths, dtype=float), (len(self),))
+        given = one_each("depths", depths, len(self))
         return [engine.step(depth, **moves) for engine, depth in zip(self.engines, given.tolist(), strict=True)]
 
     def run(self, depths: ArrayLike, **moves: ArrayLike) -> dict[str, np.ndarray]:
@@ -83,8 +84,8 @@ class EngineBatch:
         dict of ndarray
             As ``run`` of one returns it, (steps, n, …).
         """
-        depths = _motions(depths, len(self))
-        each = {name: np.asarray(values, dtype=float) for name, values in moves.items()}
+        depths = motions(depths, len(self))
+        each = {name: numbers(name, values) for name, values in moves.items()}
         if "dt" in each and each["dt"].ndim == 0:
             each["dt"] = np.full(len(depths), each["dt"])
 
@@ -107,32 +108,14 @@ class EngineBatch:
 
     def restore(self, snapshot: tuple[Any, ...], members: Sequence[int] | None = None) -> None:
         """Some members, or all, as they were at a ``snapshot()``."""
-        if len(snapshot) != len(self):
-            raise InputError("snapshot", len(snapshot), f"not of a batch of {len(self)}", next_step="Give one of it.")
+        given = instance_of("snapshot", snapshot, tuple, "Give what snapshot() gave.")
+        if len(given) != len(self):
+            raise InputError("snapshot", len(given), f"not of a batch of {len(self)}", next_step="Give one of it.")
         for i in self._places(members):
-            self.engines[i].restore(snapshot[i])
+            self.engines[i].restore(given[i])
 
     def _places(self, members: Sequence[int] | None) -> Sequence[int]:
-        places = range(len(self)) if members is None else [int(i) for i in members]
-        for i in places:
-            if not 0 <= i < len(self):
-                raise InputError("member", i, f"not between 0 and {len(self) - 1}", next_step="Count from 0.")
-        return places
+        return range(len(self)) if members is None else places(members, len(self)).tolist()
 
     def __repr__(self) -> str:
         return f"<EngineBatch of {len(self)} {type(self.engines[0]).__name__ if self.engines else 'engines'}>"
-
-
-def _motions(depths: ArrayLike, n: int) -> np.ndarray:
-    try:
-        given = np.asarray(depths, dtype=float)
-    except ValueError:
-        raise InputError(
-            "depths", "rows of different lengths", "not one for each step and member",
-            next_step="Give (steps, n); let a shorter motion end with its last depth.",
-        ) from None  # fmt: skip
-    if given.ndim != 2 or given.shape[1] != n:
-        raise InputError(
-            "the shape of depths", given.shape, f"not (steps, {n})", next_step="Give a column for each member."
-        )
-    return given

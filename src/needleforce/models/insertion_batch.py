@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Many insertions that are stepped together, of one model or each of its own."""
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,6 +10,7 @@ from .. import core
 from ..checks import instance_of
 from ..errors import InputError
 from .engine_batch import EngineBatch
+from .members import motions, numbers, one_each, places, times, whole_number
 from .model import Model
 
 _NUMBERS = ("depth", "velocity", "force", "stiffness", "friction", "cutting", "lateral", "force_by_depth")
@@ -53,8 +53,9 @@ class BatchSample:
 class InsertionBatch(core.InsertionBatch):
     """n insertions that are stepped together, each with the values of an ``Insertion`` of its own.
 
-    Where every model has one layer with ``coulomb`` friction, ``constant_cutting`` and no relaxation, and neither
-    ``hold_time`` nor ``depth_noise`` is given, several are computed at a time; others one after the other.
+    Where all models have as many layers, each with ``coulomb`` friction, ``constant_cutting`` or ``no_cutting`` and no
+    relaxation, and neither ``hold_time`` nor ``depth_noise`` is given, several are computed at a time; others one after
+    the other.
 
     Parameters
     ----------
@@ -84,43 +85,40 @@ class InsertionBatch(core.InsertionBatch):
         bevel: core.Bevel | None = None,
         threads: int = 1,
     ):
-        alone = isinstance(models, Model)
+        alone = isinstance(models, Model) or not isinstance(models, Iterable)
         each = [models] if alone else list(models)
         for number, model in enumerate(each):
             instance_of(f"model {number}", model, Model, "Give nf.preset(…) or nf.Model(…).")
         count = _count(n, None if alone else len(each))
-        if threads < 1:
-            raise InputError("threads", threads, "less than 1")
+        self.threads, self._models = whole_number("threads", threads, 1), each
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
-        super().__init__([model.stack for model in each], count if alone else None, limits, bevel or core.Bevel())
-        self.threads, self._models = int(threads), each
+        self._make([model.stack for model in each], count if alone else None, limits, bevel or core.Bevel())
         limited = {"max_speed": max_speed, "hold_time": hold_time, "depth_noise": depth_noise}
         self._options = {**limited, "bevel": bevel, "threads": threads}
+
+    def _make(self, stacks: list, n: int | None, limits: core.Limits, bevel: core.Bevel) -> None:
+        try:
+            super().__init__(stacks, n, limits, bevel)
+        except MemoryError:
+            count, next_step = len(stacks) if n is None else n, "Make several batches, one after another."
+            raise InputError("n", count, "more than memory has room for", next_step=next_step) from None
+        except InputError:
+            for number, stack in enumerate(stacks):
+                try:
+                    core.InsertionBatch([stack], 0, limits, bevel)
+                except InputError as refused:
+                    raise refused.at(f"model {number}") from None
+            raise
 
     @property
     def models(self) -> tuple[Model, ...]:
         """The model of all, or that of each member."""
         return tuple(self._models)
 
-    @staticmethod
-    def of(engines: Sequence[Any], threads: int = 1) -> EngineBatch:
-        """Needles that bend, or condensed solids, as members: ``of([nf.FlexibleInsertion(…) for each in range(100)])``.
-
-        Parameters
-        ----------
-        engines : sequence
-            ``FlexibleInsertion`` or ``fe.CondensedInsertion``, each another object.
-        threads : int
-            How many may run at the same time.
-
-        Returns
-        -------
-        EngineBatch
-        """
-        return EngineBatch(engines, threads)
+    of = EngineBatch  #: needles that bend, or condensed solids, as members
 
     def step(self, depths: ArrayLike, velocities: ArrayLike | None, dt: ArrayLike) -> BatchSample:
-        """One cycle of all members; never raises but for arrays of another length.
+        """One cycle of all members; never raises but for what is no array of numbers, or of another length.
 
         Parameters
         ----------
@@ -135,8 +133,11 @@ class InsertionBatch(core.InsertionBatch):
         -------
         BatchSample
         """
-        speeds = None if velocities is None else self._row(velocities)
-        return BatchSample(self._step(self._row(depths), speeds, _numbers(np.atleast_1d(dt)), self.threads))
+        n = len(self)
+        speeds = None if velocities is None else one_each("velocities", velocities, n)
+        time = numbers("dt", dt)
+        time = time.reshape(1) if time.size == 1 else one_each("dt", time, n)
+        return BatchSample(self._step(one_each("depths", depths, n), speeds, time, self.threads))
 
     def run(self, depths: ArrayLike, dt: ArrayLike) -> np.ndarray:
         """Whole motions, the velocity being the change of depth.
@@ -153,11 +154,8 @@ class InsertionBatch(core.InsertionBatch):
         ndarray
             (steps, n), forces [N].
         """
-        motions = np.ascontiguousarray(depths, dtype=float)
-        if motions.ndim != 2:
-            raise InputError("the dimensions of depths", motions.ndim, "not 2", next_step="Give (steps, n).")
-        times = np.broadcast_to(np.asarray(dt, dtype=float), (len(motions),)) if np.ndim(dt) == 0 else _numbers(dt)
-        return self._run(motions, np.ascontiguousarray(times), self.threads)
+        given = motions(depths, len(self))
+        return self._run(given, times(dt, len(given)), self.threads)
 
     def reset(self, members: ArrayLike | None = None) -> None:
         """Some members, or all, back to before the first contact; ``members`` are their places, or a mask (n,)."""
@@ -171,7 +169,8 @@ class InsertionBatch(core.InsertionBatch):
         member : int
             Its place, from 0.
         model : Model
-            If its laws do not allow several members at a time, all are stepped one after the other from now on.
+            If it does not allow several members at a time, or has another number of layers, all are stepped one after
+            the other from now on.
 
         Raises
         ------
@@ -179,10 +178,11 @@ class InsertionBatch(core.InsertionBatch):
             If there is no such member or the model is invalid: nothing changes.
         """
         instance_of("model", model, Model, "Give nf.preset(…) or nf.Model(…).")
-        self._replace(int(member), model.stack)
+        place = whole_number("member", member, 0, f"Give a place from 0 to {len(self) - 1}.")
+        self._replace(place, model.stack)
         if len(self._models) == 1:
             self._models = self._models * len(self)
-        self._models[int(member)] = model
+        self._models[place] = model
 
     def snapshot(self) -> "InsertionBatch":
         """A copy with its state, which can be stepped independently or passed to ``restore``."""
@@ -196,29 +196,11 @@ class InsertionBatch(core.InsertionBatch):
         instance_of("snapshot", snapshot, InsertionBatch, "Give what snapshot() gave.")
         self._restore(snapshot, self._places(members))
 
-    def _row(self, values: ArrayLike) -> np.ndarray:
-        given = np.asarray(values, dtype=float)
-        return _numbers(np.full(len(self), given) if given.ndim == 0 else given)
-
     def _places(self, members: ArrayLike | None) -> np.ndarray | None:
-        if members is None:
-            return None
-        given = np.atleast_1d(members)
-        if given.dtype == bool:
-            if given.shape != (len(self),):
-                raise InputError("the length of members", given.size, f"not that of the batch, {len(self)}")
-            given = np.flatnonzero(given)
-        return np.ascontiguousarray(given, dtype=np.int64)
+        return None if members is None else places(members, len(self))
 
     def __repr__(self) -> str:
         return f"<InsertionBatch of {len(self)} in {len(self.models)} model{'s' if len(self.models) != 1 else ''}>"
-
-
-def _numbers(values: Any) -> np.ndarray:
-    found = np.ascontiguousarray(values, dtype=float)
-    if found.ndim != 1:
-        raise InputError("the dimensions of an array", found.ndim, "not 1", next_step="Give a number for each member.")
-    return found
 
 
 def _count(n: int | None, models: int | None) -> int:
@@ -227,8 +209,9 @@ def _count(n: int | None, models: int | None) -> int:
         raise InputError(
             "n", None, "needed with one model", next_step="Give how many insertions: InsertionBatch(model, 1000)."
         )
-    if n is not None and n < 0:
-        raise InputError("n", n, "below 0")
-    if n is not None and models is not None and n != models:
+    if n is None:
+        return int(models)  # type: ignore[arg-type]
+    count = whole_number("n", n, 0, "Give how many insertions: InsertionBatch(model, 1000).")
+    if models is not None and count != models:
         raise InputError("n", n, f"not the number of models, {models}", next_step="Leave it out.")
-    return int(n if models is None else models)  # type: ignore[arg-type]
+    return count
