@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -158,7 +157,7 @@ struct BasicLuGre<Real>::Prepared {
     if (!extent.pierced) return memory.release();  // nothing bends the bristles, and no exponential is needed
     look_ahead(memory, move.velocity, move.below);
     const Real before = memory.elastic;
-    memory.elastic = clamp(dragged(memory), low, high);
+    memory.elastic = bounded(dragged(memory), low, high);
     memory.slipped = move.below - (memory.elastic - before) * compliance;
     memory.traction = traction(memory, move.velocity);
   }
@@ -168,7 +167,7 @@ struct BasicLuGre<Real>::Prepared {
   }
   /// Bristles loaded by another law or by other parameters hold no more than static friction.
   void adopt(Memory& memory) const noexcept {
-    memory.elastic = clamp(memory.elastic, -law.static_friction, law.static_friction);
+    memory.elastic = bounded(memory.elastic, -law.static_friction, law.static_friction);
     memory.limit = 0.0;  // was that of another law
   }
   Real traction(const Memory& memory, double v) const noexcept {
