@@ -248,9 +248,11 @@ class BasicPreparedInsertion {
       layers_[i].look_ahead(state.layers[i], move);
     BasicDragged<Real> shafts{};
     Real bottom = std::numeric_limits<double>::infinity();
+    Motion since = move;
     for (std::size_t i = count; i-- > 0;) {
       const Real root = plain ? std::numeric_limits<double>::infinity() : root_of(state, i);
-      const Motion own = own_part<plain>(state, move, fresh, i);
+      if (!plain && (fresh >> i & 1u)) since = since_puncture(state, move, i);
+      const Motion& own = !plain && (fresh >> i & 1u) ? since : move;
       const Real last_surface = state.layers[i].shaft.surface;
       shafts +=
           layers_[i].template drag<KnownFriction, elastic>(state.layers[i], own, bottom, root, noise, tip_);
@@ -375,13 +377,6 @@ class BasicPreparedInsertion {
     if (added > 0.0 && state.layers[i].shaft.embedded > 0.0) layers_[i].lengthen(state.layers[i], added);
   }
   /// Of a step in which layer i was punctured, the travel since then, which is all that strains its tissue.
-  template <bool plain, class Motion>
-  [[gnu::always_inline]] static Motion own_part(const BasicInsertionState<Real>& state, const Motion& move,
-                                                unsigned fresh, std::size_t i) noexcept {
-    if constexpr (!plain)
-      if (fresh >> i & 1u) return since_puncture(state, move, i);
-    return move;
-  }
   [[gnu::noinline]] static BasicMove<Real> since_puncture(const BasicInsertionState<Real>& state,
                                                           BasicMove<Real> move, std::size_t i) noexcept {
     move.below = smaller(move.below, larger(move.depth - state.layers[i].puncture_depth, Real(0.0)));
