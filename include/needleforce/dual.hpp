@@ -77,9 +77,9 @@ struct Dual {
   friend constexpr bool operator>=(const Dual& a, const Dual& b) noexcept { return a.value >= b.value; }
   friend constexpr bool operator==(const Dual& a, const Dual& b) noexcept { return a.value == b.value; }
 
-  friend constexpr Dual min(const Dual& a, const Dual& b) noexcept { return b < a ? b : a; }
-  friend constexpr Dual max(const Dual& a, const Dual& b) noexcept { return a < b ? b : a; }
-  friend constexpr Dual clamp(const Dual& a, const Dual& low, const Dual& high) noexcept {
+  friend constexpr Dual smaller(const Dual& a, const Dual& b) noexcept { return b < a ? b : a; }
+  friend constexpr Dual larger(const Dual& a, const Dual& b) noexcept { return a < b ? b : a; }
+  friend constexpr Dual bounded(const Dual& a, const Dual& low, const Dual& high) noexcept {
     return a < low ? low : high < a ? high : a;
   }
   friend Dual abs(const Dual& a) noexcept { return std::signbit(a.value) ? -a : a; }

@@ -2,81 +2,33 @@
 // One layer in the loop: its laws, prepared, and what it remembers.
 #pragma once
 
-#include <algorithm>
 #include <limits>
 #include <type_traits>
 #include <utility>
 #include <variant>
 
 #include "dispatch.hpp"
+#include "force_sums.hpp"
+#include "layer_contact.hpp"
 #include "model.hpp"
 #include "state.hpp"
 
-// Before C++23 a lambda takes this only as g++ and clang spell it; another compiler inlines by its own
-// judgement.
-#if defined(__GNUC__) || defined(__clang__)
-#define NEEDLEFORCE_INLINED __attribute__((always_inline))
-#else
-#define NEEDLEFORCE_INLINED
-#endif
-
 namespace needleforce {
-
-/// Friction along the shaft: force [N], its derivatives, and whether a layer holds the needle.
-template <class Real>
-struct BasicDragged {
-  Real force = 0.0;
-  double by_depth = 0.0;
-  double by_velocity = 0.0;
-  bool hold = false;
-  void operator+=(const BasicDragged<Real>& other) noexcept {
-    force += other.force;
-    by_depth += other.by_depth;
-    by_velocity += other.by_velocity;
-    hold |= other.hold;
-  }
-};
-using Dragged = BasicDragged<double>;
-
-/// The contact laws as a layer keeps them: of `tip_contact` without the table, which the insertion has.
-namespace detail {
-template <class Laws>
-struct contacts_in_layer;
-template <class... L>
-struct contacts_in_layer<std::variant<L...>> {
-  template <class Law>
-  static auto keep(const Law& law) noexcept {
-    if constexpr (requires { law.shared(); })
-      return law.shared();
-    else
-      return law.prepare();
-  }
-  using type = std::variant<decltype(keep(std::declval<L>()))...>;
-};
-}  // namespace detail
 
 /// A layer's laws with everything computed that does not change in the loop. Every method is wait-free. `tip`
 /// is the table that all layers share.
 template <class Real>
 class BasicPreparedLayer {
-  using Contacts = detail::contacts_in_layer<BasicStiffness<Real>>;
-
  public:
   /// Calls `visit` with the contact law.
   template <class Visit>
   [[gnu::always_inline]] decltype(auto) on_contact(const TipTable& tip, Visit visit) const noexcept {
-    return dispatch(stiffness_, [&](const auto& law) NEEDLEFORCE_INLINED -> decltype(auto) {
-      if constexpr (requires { law.on(tip); })
-        return visit(law.on(tip));
-      else
-        return visit(law);
-    });
+    return stiffness_.on(tip, visit);
   }
   BasicPreparedLayer() = default;
   explicit BasicPreparedLayer(const BasicLayer<Real>& layer, const TipTable& tip) noexcept
       : top(layer.top),
-        stiffness_(dispatch(layer.laws.stiffness,
-                            [](const auto& law) { return typename Contacts::type{Contacts::keep(law)}; })),
+        stiffness_(layer.laws.stiffness),
         friction_(prepare(layer.laws.friction)),
         cutting_(prepare(layer.laws.cutting)),
         relaxation_(prepare(layer.laws.relaxation)),
@@ -139,7 +91,7 @@ class BasicPreparedLayer {
                                     const TipTable& tip) const noexcept {
     const bool relaxes = !elastic && relaxes_;
     if (gives_way<elastic>(state, value_of(move.depth), first)) return true;
-    const Real indentation = max(0.0, move.depth - top);
+    const Real indentation = larger(0.0, move.depth - top);
     if (indentation == 0.0 && !relaxes) {
       state.indentation = state.contact_force = state.contact_slope = 0.0;
       return false;
@@ -161,7 +113,7 @@ class BasicPreparedLayer {
         relaxes_ && resists() && !std::holds_alternative<laws::BasicPunctureDepth<Real>>(criterion_);
     state.puncture_depth = by_load ? loaded_place(state, depth) : puncture;
     state.pierced = true;
-    const Real left = instant > 0.0 ? clamp(state.contact_force / instant, 0.0, 1.0) : 0.0;
+    const Real left = instant > 0.0 ? bounded(state.contact_force / instant, 0.0, 1.0) : 0.0;
     BasicContactAtPuncture<Real> contact{state.contact, state.contact_force, energy, state.contact_slope};
     contact.free_energy = left * energy;
     contact.free_force = state.contact_force;
@@ -278,14 +230,14 @@ class BasicPreparedLayer {
                                      law.by_depth(cut, memory, move.depth)};
         }
       law.advance(cut, memory, move);
-      if (noise.range > 0.0) cut.held = min(noise.range, max(cut.held, cut.front - cut.entry));
+      if (noise.range > 0.0) cut.held = smaller(noise.range, larger(cut.held, cut.front - cut.entry));
       return BasicTipForce<Real>{law.force(cut, memory, move.depth), law.by_depth(cut, memory, move.depth)};
     });
   }
   /// The tip at a depth has moved by `aside` [m] without the cut: so far as that pressed. Returns how far.
   Real slip(BasicCut<Real>& cut, Real depth, Real aside) const noexcept {
     const Real last = dispatch(cutting_, [&](const auto& law) { return law.forceless(cut, depth); });
-    const Real before = std::exchange(cut.front, min(cut.front + aside, max(cut.front, last)));
+    const Real before = std::exchange(cut.front, smaller(cut.front + aside, larger(cut.front, last)));
     return cut.front - before;
   }
   /// Mean force of slow cutting [N].
@@ -412,7 +364,7 @@ class BasicPreparedLayer {
     return dispatch(criterion_, [&](const auto& law) { return law.breaks(state.contact_force, state.work); });
   }
 
-  typename Contacts::type stiffness_{};
+  BasicLayerContact<Real> stiffness_{};
   Prepared<BasicFriction<Real>> friction_{};
   Prepared<BasicCutting<Real>> cutting_{};
   Prepared<BasicRelaxation<Real>> relaxation_{};

@@ -87,8 +87,8 @@ struct BasicShaft {
                              Real high) const noexcept {
     if (!(embedded > 0.0)) return {0.0, 0.0};
     if (embedded_by_depth == 0.0) return {low, high};  // the tip is below the layer
-    const Real length = embedded + max(0.0, surface - extent.root);
-    return {low, min(high, 2.0 * stiffness * length)};
+    const Real length = embedded + larger(0.0, surface - extent.root);
+    return {low, smaller(high, 2.0 * stiffness * length)};
   }
   /// The needle has left the tissue.
   void release() noexcept { embedded = embedded_by_depth = 0.0; }
@@ -116,12 +116,12 @@ struct BasicCut {
   void begin(Real at, Real force, Real indentation, Real energy) noexcept {
     entry = at;
     held = 0.0;
-    retreat_limit = at - (force > 0.0 ? min(indentation, energy / force) : 0.0);
+    retreat_limit = at - (force > 0.0 ? smaller(indentation, energy / force) : 0.0);
   }
   /// The tip's force where it has receded from there.
   BasicTipForce<Real> receding(const BasicTipForce<Real>& tip, Real depth) const noexcept {
     if (!(depth > retreat_limit)) return {};
-    const Real length = max(entry - retreat_limit, 1e-60), share = (depth - retreat_limit) / length;
+    const Real length = larger(entry - retreat_limit, 1e-60), share = (depth - retreat_limit) / length;
     return {share * tip.force, share * tip.by_depth + tip.force / length};
   }
 };
@@ -192,7 +192,7 @@ template <class Real>
 BasicSlip<Real> slip_along(const BasicShaft<Real>& shaft, Real traction, Real travel,
                            Real stiffness) noexcept {
   const Real straining = 0.5 * abs(traction) / stiffness * shaft.embedded_by_depth;
-  return {travel, traction * max(0.0, shaft.embedded - straining), traction * shaft.embedded_by_depth};
+  return {travel, traction * larger(0.0, shaft.embedded - straining), traction * shaft.embedded_by_depth};
 }
 
 /// Looks at a memory from outside. One of other parts than doubles, or of smaller ranges, has a `check` of

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "bevel.hpp"
+#include "force_sums.hpp"
 #include "layer.hpp"
 #include "limits.hpp"
 #include "model.hpp"
@@ -88,7 +89,7 @@ class BasicPreparedInsertion {
     for (std::size_t i = 0; i < max_layers; ++i)
       needleforce::check(check, state.layers[i], i < count_ ? layers_[i].largest_contact(tip_) : 0.0);
     if (!check.fault() && state.pierced > 0)
-      layers_[state.pierced - 1].check(check, state.cut, min(limits_.max_speed, fastest));
+      layers_[state.pierced - 1].check(check, state.cut, smaller(limits_.max_speed, fastest));
     return check.fault();
   }
 
@@ -163,16 +164,16 @@ class BasicPreparedInsertion {
   [[gnu::noinline]] BasicSample<Real> refuse(BasicInsertionState<Real>& state, Status status,
                                              double dt) const noexcept {
     const bool waits = dt > 0.0 && std::isfinite(dt);
-    if (waits) state.waited = min(state.waited + dt, longest);
+    if (waits) state.waited = smaller(state.waited + dt, longest);
     const bool holding = valid_ && waits && state.waited <= limits_.hold_time;
     return refused(holding ? state.last : BasicSample<Real>{}, state.depth, status);
   }
 
   Move moved(const BasicInsertionState<Real>& state, double depth, double travel, double velocity,
              double elapsed) const noexcept {
-    const bool withdrawing = depth < state.deepest - max(noise_of_depth, noise_.range);
+    const bool withdrawing = depth < state.deepest - larger(noise_of_depth, noise_.range);
     const bool advancing = !withdrawing && travel > speed_at_rest * elapsed;
-    const double below = depth > 0.0 ? min(travel, depth) : 0.0;
+    const double below = depth > 0.0 ? smaller(travel, depth) : 0.0;
     return {depth, travel, below, velocity, elapsed, state.deepest, advancing, withdrawing};
   }
 
@@ -182,7 +183,7 @@ class BasicPreparedInsertion {
     const double travel = first ? 0.0 : depth - state.depth;
     const double elapsed = state.waited + dt;
     if (velocity == no_velocity) velocity = noise_.range == 0.0 ? travel / elapsed : rate(travel, elapsed);
-    state.deepest = max(state.deepest, depth);
+    state.deepest = larger(state.deepest, depth);
     state.depth = depth;
     state.waited = 0.0;
     state.started = true;
@@ -217,7 +218,7 @@ class BasicPreparedInsertion {
     const std::size_t count = plain ? 1 : count_;
     const DepthNoise noise = plain ? DepthNoise{} : noise_;
     if (!elastic && value_of(move.dt) != state.relaxation_dt) relax(state, value_of(move.dt));
-    Contacts contacts{};
+    BasicPressed<Real> contacts{};
     Motion cuts = move;  // what the cut has still to do in this step
     unsigned fresh = 0;  // bits of the layers that are punctured in this step
     constexpr bool pierced = plain && !elastic;
@@ -247,9 +248,11 @@ class BasicPreparedInsertion {
       layers_[i].look_ahead(state.layers[i], move);
     BasicDragged<Real> shafts{};
     Real bottom = std::numeric_limits<double>::infinity();
+    Motion since = move;
     for (std::size_t i = count; i-- > 0;) {
       const Real root = plain ? std::numeric_limits<double>::infinity() : root_of(state, i);
-      const Motion own = own_part<plain>(state, move, fresh, i);
+      if (!plain && (fresh >> i & 1u)) since = since_puncture(state, move, i);
+      const Motion& own = !plain && (fresh >> i & 1u) ? since : move;
       const Real last_surface = state.layers[i].shaft.surface;
       shafts +=
           layers_[i].template drag<KnownFriction, elastic>(state.layers[i], own, bottom, root, noise, tip_);
@@ -261,24 +264,11 @@ class BasicPreparedInsertion {
     return total(state, move, contacts, shafts, tip);
   }
 
-  /// The contacts of all layers that are not pierced.
-  struct Contacts {
-    Real force = 0.0;
-    double slope = 0.0;
-    bool touched = false, beyond = false, punctured = false;
-    void add(const BasicPreparedLayer<Real>& layer, const BasicLayerState<Real>& state,
-             double depth) noexcept {
-      force += state.contact_force;
-      slope += value_of(state.contact_slope);
-      touched |= depth > layer.top;
-      beyond |= layer.beyond(depth);
-    }
-  };
-
   /// At the next interface the force is the larger of cut and contact: they share one tip.
   template <class Motion>
   [[gnu::always_inline]] BasicSample<Real> total(BasicInsertionState<Real>& state, const Motion& move,
-                                                 const Contacts& contacts, const BasicDragged<Real>& shafts,
+                                                 const BasicPressed<Real>& contacts,
+                                                 const BasicDragged<Real>& shafts,
                                                  const BasicTipForce<Real>& tip) const noexcept {
     const bool pushes = contacts.force > tip.force;
     const Real stiffness = pushes ? contacts.force - tip.force : 0.0;
@@ -303,7 +293,7 @@ class BasicPreparedInsertion {
     return sample;
   }
 
-  Phase phase(const BasicInsertionState<Real>& state, const Contacts& contacts,
+  Phase phase(const BasicInsertionState<Real>& state, const BasicPressed<Real>& contacts,
               const BasicDragged<Real>& shafts, double velocity) const noexcept {
     if (state.pierced == 0) return contacts.touched ? Phase::deformation : Phase::free;
     if (!shafts.hold) return Phase::free;
@@ -318,8 +308,8 @@ class BasicPreparedInsertion {
 
   /// Velocity [m/s] of a travel that noise may have made longer: no more than `max_speed`.
   double rate(double travel, double elapsed) const noexcept {
-    const double most = min(limits_.max_speed, fastest);
-    return clamp(travel / elapsed, -most, most);
+    const double most = smaller(limits_.max_speed, fastest);
+    return bounded(travel / elapsed, -most, most);
   }
 
   /// The exponentials of relaxation, where the step's length changed.
@@ -337,7 +327,7 @@ class BasicPreparedInsertion {
     BasicContactAtPuncture<Real> contact = layers_[i].pierce(state.layers[i], cuts.depth, tip_);
     const Real at = cut_down_to(state, contact.extent.puncture, cuts);
     const Real carried = carries_on ? front(state).cut_force(state.cut, state.cutting, at).force : -1.0;
-    state.pierced = max(state.pierced, i + 1);
+    state.pierced = std::max(state.pierced, i + 1);
     front(state).enter(state.cut, state.cutting, at, carried);
     if (!(carries_on && same_cutting_[i])) start_crack(state, at);
     if (carries_on) {
@@ -348,7 +338,7 @@ class BasicPreparedInsertion {
     const Real force = front(state).cut_force(state.cut, state.cutting, at).force;
     state.cut.begin(at, force, at - layers_[i].top, contact.free_energy);
     contact.cut = force;
-    contact.free_force = max(0.0, contact.free_force - force);
+    contact.free_force = larger(0.0, contact.free_force - force);
     contact.free_energy *= 0.5;  // the cut has the other half
     layers_[i].take_over(state.layers[i], contact);
     return true;
@@ -363,9 +353,9 @@ class BasicPreparedInsertion {
   /// Moves the cut down to a depth that the step passes; returns where it is, and in `cuts` the rest of the
   /// step.
   Real cut_down_to(BasicInsertionState<Real>& state, Real depth, BasicMove<Real>& cuts) const noexcept {
-    const Real left = cuts.travel > 0.0 ? clamp((cuts.depth - depth) / cuts.travel, 0.0, 1.0) : 0.0;
+    const Real left = cuts.travel > 0.0 ? bounded((cuts.depth - depth) / cuts.travel, 0.0, 1.0) : 0.0;
     BasicMove<Real> until = cuts;
-    until.depth = min(max(depth, cuts.depth - cuts.travel), cuts.depth);
+    until.depth = smaller(larger(depth, cuts.depth - cuts.travel), cuts.depth);
     until.travel -= left * cuts.travel;
     until.dt -= left * cuts.dt;
     if (state.pierced > 0 && until.dt > 0.0)
@@ -383,20 +373,13 @@ class BasicPreparedInsertion {
   /// The surface below layer i went down from a depth to another, where the tip is deeper.
   [[gnu::noinline]] void go_down(BasicInsertionState<Real>& state, std::size_t i, Real from,
                                  Real to) const noexcept {
-    const Real added = min(to, state.depth) - from;
+    const Real added = smaller(to, state.depth) - from;
     if (added > 0.0 && state.layers[i].shaft.embedded > 0.0) layers_[i].lengthen(state.layers[i], added);
   }
   /// Of a step in which layer i was punctured, the travel since then, which is all that strains its tissue.
-  template <bool plain, class Motion>
-  [[gnu::always_inline]] static Motion own_part(const BasicInsertionState<Real>& state, const Motion& move,
-                                                unsigned fresh, std::size_t i) noexcept {
-    if constexpr (!plain)
-      if (fresh >> i & 1u) return since_puncture(state, move, i);
-    return move;
-  }
   [[gnu::noinline]] static BasicMove<Real> since_puncture(const BasicInsertionState<Real>& state,
                                                           BasicMove<Real> move, std::size_t i) noexcept {
-    move.below = min(move.below, max(move.depth - state.layers[i].puncture_depth, Real(0.0)));
+    move.below = smaller(move.below, larger(move.depth - state.layers[i].puncture_depth, Real(0.0)));
     return move;
   }
   /// Where the tissue around the shaft of layer i begins: above interfaces that do not resist.

@@ -97,7 +97,7 @@ struct BasicElement {
   /// Slips at once if the limits fell below its last force, as they do at a reversal of the velocity: a load
   /// counts from there, for any step. Wait-free.
   void yield(Real force, Real low, Real high, const BasicRelaxing<Real>& relaxing) noexcept {
-    const Real excess = force - clamp(force, low, high);
+    const Real excess = force - bounded(force, low, high);
     elastic -= excess;
     for (int j = 0; j < 2; ++j) memory[j] -= relaxing.share[j] * excess;
   }
@@ -109,7 +109,7 @@ struct BasicElement {
     return relaxing;
   }
   static Real within(Real low, Real force, Real high) noexcept {
-    return min(max(low, force), high);  // without a branch, which std::clamp is
+    return smaller(larger(low, force), high);  // without a branch, which std::clamp is
   }
 
   [[gnu::always_inline]] Real slip(Real wanted, Real low, Real high) noexcept {

@@ -3,7 +3,6 @@
 // the force at which it slipped. docs/decisions/0016-depth-noise.md.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -61,7 +60,7 @@ struct BasicReturnableSlip {
     rest(left, dt, noise);
     const Real felt = copysign(left, travel);
     shift += travel - felt;
-    shift -= copysign(min(abs(shift), abs(left)), shift);
+    shift -= copysign(smaller(abs(shift), abs(left)), shift);
     return felt;
   }
   /// True while the noise explains the travel of a needle that may be moving.
@@ -76,8 +75,8 @@ struct BasicReturnableSlip {
       return;
     }
     const Real now = abs(slip.force);
-    if (slip.travel * slip.force > 0.0) energy += min(abs(before), now) * abs(slip.travel);
-    energy = min(energy, noise.range * now);
+    if (slip.travel * slip.force > 0.0) energy += smaller(abs(before), now) * abs(slip.travel);
+    energy = smaller(energy, noise.range * now);
   }
 
  private:
@@ -86,15 +85,15 @@ struct BasicReturnableSlip {
     return travel * (pull + 0.5 * growth * travel);
   }
   Real sink(Real travel, Real pull, Real growth) noexcept {
-    const Real sunk = min(-travel, max(0.0, energy / pull));
+    const Real sunk = smaller(-travel, larger(0.0, energy / pull));
     energy += work(-sunk, pull, growth);
     behind += sunk;
-    lowest = max(lowest, behind);
+    lowest = larger(lowest, behind);
     return travel + sunk;
   }
   Real lift(Real travel, Real pull, Real growth, const DepthNoise& noise) noexcept {
-    const Real lifted = min(travel, behind);
-    energy = min(energy + work(lifted, pull, growth), noise.range * (pull + growth * lifted));
+    const Real lifted = smaller(travel, behind);
+    energy = smaller(energy + work(lifted, pull, growth), noise.range * (pull + growth * lifted));
     behind -= lifted;
     return travel - lifted;
   }
@@ -102,13 +101,13 @@ struct BasicReturnableSlip {
   /// rest time it is slower than one that leaves the range in it.
   void rest(Real left, Real dt, const DepthNoise& noise) noexcept {
     const bool rested = still >= noise.rest_time;
-    still = clamp(still + dt - abs(left) * noise.rest_time / noise.range, 0.0, noise.rest_time);
-    lowest = still > 0.0 ? max(lowest + left, behind) : behind;
+    still = bounded(still + dt - abs(left) * noise.rest_time / noise.range, 0.0, noise.rest_time);
+    lowest = still > 0.0 ? larger(lowest + left, behind) : behind;
     if (!rested && still >= noise.rest_time && left >= 0.0) {
-      behind += max(0.0, noise.range - lowest);
-      lowest = max(lowest, noise.range);
+      behind += larger(0.0, noise.range - lowest);
+      lowest = larger(lowest, noise.range);
     }
-    behind = min(behind, noise.range);
+    behind = smaller(behind, noise.range);
   }
 };
 using ReturnableSlip = BasicReturnableSlip<double>;

@@ -3,7 +3,6 @@
 // docs/decisions/0017-gradual-rupture.md.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 
 #include "memory.hpp"
@@ -25,16 +24,16 @@ struct BasicRupture {
 
   /// 1 - d after an advance [m] in any time.
   Real intact(Real advance) const noexcept {
-    const Real s = max(0.0, advance) * per_length;
+    const Real s = larger(0.0, advance) * per_length;
     if (brittleness < least_brittleness) return exp(-s) * gradual(s);
     const Real left = 1.0 - brittleness * s;
     return left > 0.0 ? pow(left, 1.0 / brittleness) : 0.0;
   }
   /// d(intact) / d(advance) [1/m] where `intact` is left; no steeper than a fall over the last micrometre.
   Real slope(Real advance, Real intact) const noexcept {
-    const Real s = max(0.0, advance) * per_length;
+    const Real s = larger(0.0, advance) * per_length;
     if (brittleness < least_brittleness) return -intact * per_length;
-    const Real left = max(1.0 - brittleness * s, brittleness * per_length * last_travel);
+    const Real left = larger(1.0 - brittleness * s, brittleness * per_length * last_travel);
     return -intact * per_length / left;
   }
   /// The share of what the curve has passed that is still intact after a step of dt [s].
@@ -67,10 +66,10 @@ struct BasicFibreRupture {
   static constexpr double time = 0.0;  // fibres that break do not lag behind
 
   /// 1 - d after an advance [m].
-  Real intact(Real advance) const noexcept { return exp(-pow(max(0.0, advance) * per_length, exponent)); }
+  Real intact(Real advance) const noexcept { return exp(-pow(larger(0.0, advance) * per_length, exponent)); }
   /// d(intact) / d(advance) [1/m] where `intact` is left.
   Real slope(Real advance, Real intact) const noexcept {
-    const Real s = max(0.0, advance) * per_length;
+    const Real s = larger(0.0, advance) * per_length;
     return -intact * exponent * pow(s, exponent - 1.0) * per_length;
   }
   Real lagging(Real) const noexcept { return 0.0; }
@@ -102,13 +101,13 @@ struct BasicRemainingContact {
     if (!(contact.force > 0.0 && contact.work > 0.0)) return;
     Real rest = contact.force;
     for (int j = 0; j < 2; ++j) {
-      const Real part = clamp(contact.element.memory[j], 0.0, rest);
+      const Real part = bounded(contact.element.memory[j], 0.0, rest);
       transient[j] = share * contact.left * part / contact.force;
       rest -= part;
     }
     lasting = share * contact.left * rest / contact.force;
     intact = 1.0;
-    recession = max(1.0, contact.whole_energy / contact.work);
+    recession = larger(1.0, contact.whole_energy / contact.work);
   }
   /// Damage and relaxation of one step; returns the indentation u_e [m] of what is left.
   template <class Curve>
@@ -119,7 +118,7 @@ struct BasicRemainingContact {
     if (!tears) by_advance = 0.0;
     if (!(relaxing.only_at_rest && move.advancing))
       for (int j = 0; j < 2; ++j) transient[j] *= relaxing.left[j];
-    return max(0.0, extent.puncture - extent.top - recession * (move.deepest - move.depth));
+    return larger(0.0, extent.puncture - extent.top - recession * (move.deepest - move.depth));
   }
   /// Takes force [N] and slope [N/m] of the whole contact at that indentation.
   void press(Real whole, Real slope) noexcept {

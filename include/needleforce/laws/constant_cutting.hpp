@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 
 #include "../law.hpp"
@@ -39,7 +38,7 @@ struct BasicConstantCutting {
     void enter(BasicCut<Real>& cut, Memory&, Real depth, Real) const noexcept { cut.front = depth; }
     template <class Motion>
     void advance(BasicCut<Real>& cut, Memory&, const Motion& move) const noexcept {
-      cut.front = max(cut.front, move.depth);
+      cut.front = larger(cut.front, move.depth);
     }
     /// Where the front may be of a tip at a depth that presses no more [m].
     Real forceless(const BasicCut<Real>& cut, Real depth) const noexcept {
@@ -47,7 +46,7 @@ struct BasicConstantCutting {
     }
     /// The share of the force that is left `cut.front - depth` behind the deepest cut.
     Real loaded(const BasicCut<Real>& cut, Real depth) const noexcept {
-      return max(0.0, 1.0 - max(0.0, cut.front - cut.held - depth) * per_travel);
+      return larger(0.0, 1.0 - larger(0.0, cut.front - cut.held - depth) * per_travel);
     }
     Real force(const BasicCut<Real>& cut, const Memory&, Real depth) const noexcept {
       return full * loaded(cut, depth);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -100,7 +99,7 @@ struct BasicDraggedTissue {
       if (shaft.embedded == 0.0 && move.withdrawing && (memory.force <= 0.0 || move.depth <= extent.top))
         return memory.release();
       const Real grip = per_length * shaft.embedded;
-      const Real above = max(0.0, memory.peak - grip);
+      const Real above = larger(0.0, memory.peak - grip);
       const Real torn = above > 0.0 ? exp(-(move.deepest - extent.puncture) * per_rupture) : 0.0;
       const Real high = grip + above * torn;
       memory.force = memory.element.drag(stiffness * move.travel, -withdrawal_ratio * grip, high, relaxing,
@@ -129,7 +128,7 @@ struct BasicDraggedTissue {
       const Real share = element.elastic > most ? most / element.elastic : 1.0;
       const Real relaxing = contact.slope > stiffness ? sqrt(stiffness / contact.slope) : 1.0;
       element.elastic *= share;
-      for (Real& memory : element.memory) memory *= min(share, relaxing);
+      for (Real& memory : element.memory) memory *= smaller(share, relaxing);
     }
     /// d(force)/d(depth): the spring, or the limit it slides along.
     Real slope(const BasicShaft<Real>& shaft, const Memory& memory, Real grip, Real torn,
@@ -137,7 +136,7 @@ struct BasicDraggedTissue {
       if (memory.element.stiffening > 0.0) return stiffness * memory.element.stiffening;
       if (shaft.embedded <= 0.0 && memory.force <= 0.0) return 0.0;
       if (memory.force < 0.0) return -withdrawal_ratio * per_length;
-      const Real above = max(0.0, memory.peak - grip) * torn;
+      const Real above = larger(0.0, memory.peak - grip) * torn;
       const Real tears = move.depth >= move.deepest ? above * per_rupture : 0.0;
       return per_length * (above > 0.0 ? 1.0 - torn : 1.0) - tears;
     }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <numbers>
 
@@ -66,19 +65,19 @@ struct BasicFracture {
       NoMemory none;
       crack.advance(cut, none, move);
       const Real held = cut.held * crack.per_travel;
-      memory.opened = clamp(memory.opened + move.travel * crack.per_travel, -held, 1.0 + held);
+      memory.opened = bounded(memory.opened + move.travel * crack.per_travel, -held, 1.0 + held);
     }
     Real forceless(const BasicCut<Real>& cut, Real depth) const noexcept {
       return crack.forceless(cut, depth);
     }
     /// 0 above the entry and 1 in the hole, so that no closed path around it gains work.
     Real inside(const BasicCut<Real>& cut, Real depth) const noexcept {
-      return clamp((depth - cut.entry) * crack.per_travel, 0.0, 1.0);
+      return bounded((depth - cut.entry) * crack.per_travel, 0.0, 1.0);
     }
     Real force(const BasicCut<Real>& cut, const Memory& memory, Real depth) const noexcept {
       const Real in = inside(cut, depth);
       return crack.force(cut, {}, depth) +
-             spread * (recovered * in + (1.0 - recovered) * clamp(memory.opened, 0.0, in));
+             spread * (recovered * in + (1.0 - recovered) * bounded(memory.opened, 0.0, in));
     }
     Real by_depth(const BasicCut<Real>& cut, const Memory& memory, Real depth) const noexcept {
       const Real in = inside(cut, depth);

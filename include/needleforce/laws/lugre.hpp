@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -78,24 +77,35 @@ struct BasicLuGre {
 };
 using LuGre = BasicLuGre<double>;
 
+/// What follows from a motion alone, of a velocity [m/s] and a travel [m], if there is a limit.
+template <class Real>
+struct BasicBristleMotion {
+  double velocity = 0.0;
+  Real travel = 0.0;
+  Real limit = 0.0;      ///< g(v) [N/m]
+  Real per_limit = 0.0;  ///< 1 / g(v) [m/N]
+  Real weakening = 0.0;  ///< dg/dv [N s/m^2]
+  Real left = 1.0;       ///< share of the deflection that the travel leaves
+};
+
 template <class Real>
 struct BasicLuGre<Real>::Prepared {
   struct Memory {
-    Real elastic = 0.0;     ///< sigma_0 zeta [N/m]
-    Real traction = 0.0;    ///< force per embedded length [N/m]
-    Real slipped = 0.0;     ///< travel of the last step that did not bend the bristles [m]
-    Real limit = 0.0;       ///< g(v) at the last velocity [N/m]
-    Real per_limit = 0.0;   ///< 1 / g(v) [m/N]
-    Real weakening = 0.0;   ///< dg/dv [N s/m^2]
-    Real left = 1.0;        ///< share of the deflection that a travel leaves
-    double velocity = 0.0;  ///< for which these are [m/s], if there is a limit
-    Real travel = 0.0;      ///< the same [m]
+    Real elastic = 0.0;    ///< sigma_0 zeta [N/m]
+    Real traction = 0.0;   ///< force per embedded length [N/m]
+    Real slipped = 0.0;    ///< travel of the last step that did not bend the bristles [m]
+    Real limit = 0.0;      ///< g(v) of this step [N/m]
+    Real per_limit = 0.0;  ///< 1 / g(v) [m/N]
+    Real left = 1.0;       ///< share of the deflection that the travel leaves
+    BasicBristleMotion<Real> found{};
 
     Real held() const noexcept { return traction; }
     void take_over(const BasicTakenOver<Real>& taken) noexcept { elastic = traction = taken.held; }
     void thin(Real share) noexcept { elastic *= share; }
     void release() noexcept { elastic = traction = 0.0; }
   };
+
+  static constexpr double rounding = 1e-11;  // of a motion, relative
 
   BasicLuGre<Real> law;
   Real per_speed, compliance;  // 1 / v_s [s/m], 1 / sigma_0 [m^2/N]
@@ -106,34 +116,54 @@ struct BasicLuGre<Real>::Prepared {
     const Real ratio = abs(v) * per_speed;
     return exp(-(square() ? ratio * ratio : pow(ratio, law.stribeck_exponent)));
   }
-  /// g(v) [N/m], and dg/dv [N s/m^2], once a step, for all that follows.
-  void find_limit(Memory& memory, double v) const noexcept {
-    memory.velocity = v;
+  /// g(v) [N/m], and dg/dv [N s/m^2], for all that follows.
+  void find_limit(BasicBristleMotion<Real>& found, double v) const noexcept {
+    found.velocity = v;
     const Real weaker = (law.static_friction - law.coulomb) * fall(v);
     const Real ratio = abs(v) * per_speed;
     const Real steep = square() ? ratio : pow(ratio, law.stribeck_exponent - 1.0);
-    memory.limit = law.coulomb + weaker;
-    memory.per_limit = 1.0 / memory.limit;
+    found.limit = law.coulomb + weaker;
+    found.per_limit = 1.0 / found.limit;
     // far above v_s the product would be 0 times infinity
-    memory.weakening = weaker > 0.0 ? copysign(law.stribeck_exponent * steep * weaker * per_speed, -v) : 0.0;
+    found.weakening = weaker > 0.0 ? copysign(law.stribeck_exponent * steep * weaker * per_speed, -v) : 0.0;
+  }
+  void find_left(BasicBristleMotion<Real>& found, Real travel) const noexcept {
+    found.travel = travel;
+    found.left = exp(-exponent(travel, found.per_limit));
+  }
+  Real exponent(Real travel, Real per_limit) const noexcept {
+    return law.bristle_stiffness * abs(travel) * per_limit;
   }
   /// The exponentials of a step, which depend on its motion alone: an insertion finds those of all layers
-  /// before the first shaft moves, so that they do not wait for each other.
+  /// before the first shaft moves, so that they do not wait for each other. Of a motion that differs from the
+  /// one before by its rounding they follow to first order, without an error.
   void look_ahead(Memory& memory, double v, Real travel) const noexcept {
-    const bool known = is_plain<Real> && memory.velocity == v && looked(memory);
-    if (known && memory.travel == travel) return;
-    if (!known) find_limit(memory, v);
-    find_left(memory, travel);
+    BasicBristleMotion<Real>& found = memory.found;
+    if (is_plain<Real> && found.velocity == v && found.travel == travel && looked(memory))
+      return take(memory);
+    const double faster = v - found.velocity;
+    if (!(looked(memory) && abs(faster) <= rounding * abs(found.velocity)))
+      return look_anew(memory, v, travel);
+    memory.limit = found.limit + found.weakening * faster;
+    memory.per_limit = found.per_limit * (2.0 - memory.limit * found.per_limit);
+    const Real more = exponent(travel, memory.per_limit) - exponent(found.travel, found.per_limit);
+    if (!(abs(more) <= rounding)) return look_anew(memory, v, travel);
+    memory.left = found.left - found.left * more;
   }
-  void find_left(Memory& memory, Real travel) const noexcept {
-    memory.travel = travel;
-    memory.left = exp(-law.bristle_stiffness * abs(travel) * memory.per_limit);
+  [[gnu::noinline]] void look_anew(Memory& memory, double v, Real travel) const noexcept {
+    find_limit(memory.found, v);
+    find_left(memory.found, travel);
+    take(memory);
   }
-  static bool looked(const Memory& memory) noexcept { return memory.limit > 0.0; }
+  static void take(Memory& memory) noexcept {
+    memory.limit = memory.found.limit;
+    memory.per_limit = memory.found.per_limit;
+    memory.left = memory.found.left;
+  }
+  static bool looked(const Memory& memory) noexcept { return memory.found.limit > 0.0; }
   /// Of a memory that comes from elsewhere nothing is believed that follows from its motion.
   void look_again(Memory& memory) const noexcept {
-    find_limit(memory, memory.velocity);
-    find_left(memory, memory.travel);
+    look_anew(memory, memory.found.velocity, memory.found.travel);
   }
   Real surface(Real top, Real) const noexcept { return top; }
   Real sliding(Real embedded, double v) const noexcept {
@@ -145,20 +175,20 @@ struct BasicLuGre<Real>::Prepared {
     return 1.0 - copysign(memory.elastic, v * memory.elastic) * memory.per_limit;
   }
   /// The elastic part [N/m] after the travel.
-  Real dragged(const Memory& memory) const noexcept {
-    const Real slides = copysign(memory.limit, memory.travel);
+  Real dragged(const Memory& memory, Real travel) const noexcept {
+    const Real slides = copysign(memory.limit, travel);
     return slides + (memory.elastic - slides) * memory.left;
   }
-  [[gnu::noinline]] void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
-                                 const BasicLayerExtent<Real>& extent,
-                                 const BasicRelaxing<Real>&) const noexcept {
+  [[gnu::always_inline]] void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
+                                      const BasicLayerExtent<Real>& extent,
+                                      const BasicRelaxing<Real>&) const noexcept {
     shaft.embed(extent, move.depth, extent.top);
     const Real largest = law.static_friction;
     const auto [low, high] = shaft.limits(extent, law.bristle_stiffness, -largest, largest);
     if (!extent.pierced) return memory.release();  // nothing bends the bristles, and no exponential is needed
     look_ahead(memory, move.velocity, move.below);
     const Real before = memory.elastic;
-    memory.elastic = clamp(dragged(memory), low, high);
+    memory.elastic = bounded(dragged(memory, move.below), low, high);
     memory.slipped = move.below - (memory.elastic - before) * compliance;
     memory.traction = traction(memory, move.velocity);
   }
@@ -168,8 +198,8 @@ struct BasicLuGre<Real>::Prepared {
   }
   /// Bristles loaded by another law or by other parameters hold no more than static friction.
   void adopt(Memory& memory) const noexcept {
-    memory.elastic = clamp(memory.elastic, -law.static_friction, law.static_friction);
-    memory.limit = 0.0;  // was that of another law
+    memory.elastic = bounded(memory.elastic, -law.static_friction, law.static_friction);
+    memory.found.limit = 0.0;  // was that of another law
   }
   Real traction(const Memory& memory, double v) const noexcept {
     return memory.elastic + (law.bristle_damping * remaining(memory, v) + law.viscous) * v;
@@ -187,7 +217,7 @@ struct BasicLuGre<Real>::Prepared {
   }
   Real by_velocity(const BasicShaft<Real>& shaft, const Memory& memory, double v) const noexcept {
     const Real left = remaining(memory, v);
-    const Real weakened = (1.0 - left) * v * memory.weakening * memory.per_limit;
+    const Real weakened = (1.0 - left) * v * memory.found.weakening * memory.per_limit;
     return (law.bristle_damping * (left + weakened) + law.viscous) * shaft.embedded;
   }
 };
@@ -202,14 +232,14 @@ inline Real BasicLuGre<Real>::deflected(Real deflection, double velocity, Real d
   typename Prepared::Memory memory;
   memory.elastic = bristle_stiffness * deflection;
   prepare().look_ahead(memory, velocity, velocity * dt);
-  return prepare().dragged(memory) / bristle_stiffness;
+  return prepare().dragged(memory, velocity * dt) / bristle_stiffness;
 }
 
 template <class Real>
 inline Real BasicLuGre<Real>::traction(Real deflection, double velocity) const noexcept {
   typename Prepared::Memory memory;
   memory.elastic = bristle_stiffness * deflection;
-  prepare().find_limit(memory, velocity);
+  prepare().look_ahead(memory, velocity, 0.0);
   return prepare().traction(memory, velocity);
 }
 

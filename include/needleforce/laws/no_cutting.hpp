@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 
 #include "../law.hpp"
@@ -25,7 +24,7 @@ struct BasicNoCutting {
     Real steady(Real = 0.0) const noexcept { return 0.0; }
     void enter(BasicCut<Real>& cut, Memory&, Real depth, Real) const noexcept { cut.front = depth; }
     void advance(BasicCut<Real>& cut, Memory&, const BasicMove<Real>& move) const noexcept {
-      cut.front = max(cut.front, move.depth);
+      cut.front = larger(cut.front, move.depth);
     }
     Real forceless(const BasicCut<Real>&, Real depth) const noexcept { return depth; }
     Real force(const BasicCut<Real>&, const Memory&, Real) const noexcept { return 0.0; }

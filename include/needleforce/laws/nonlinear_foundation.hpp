@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <type_traits>
@@ -82,10 +81,10 @@ struct BasicNonlinearFoundation {
       Real length, slope;
     };
     Mean effective(Real embedded) const noexcept {
-      const Real bent = min(embedded, bending_length);
+      const Real bent = smaller(embedded, bending_length);
       const Real x = bent * by_length;
       const bool contact = x <= ratio;  // on both sides
-      const Real least = max(0.0, ratio - x);
+      const Real least = larger(0.0, ratio - x);
       const Real whole = contact ? Form::both(ratio, x) : 0.5 * Form::energy(ratio + x);
       const Real slope = 0.5 * (Form::pressure(ratio + x) + Form::pressure(least)) / Form::pressure(ratio);
       return {unit * whole + (embedded - bent), embedded < bending_length ? slope : 1.0};
@@ -95,7 +94,7 @@ struct BasicNonlinearFoundation {
     }
     /// The sliding friction per length [N/m] of a shaft of that length.
     Real limit(Real length) const noexcept {
-      const Real measured = max(shortest, length);
+      const Real measured = larger(shortest, length);
       return per_length * effective(measured).length / measured;
     }
     /// Drags the tissue along the whole shaft with its mean traction. That limit depends on the length down
@@ -105,8 +104,8 @@ struct BasicNonlinearFoundation {
                                    const BasicLayerExtent<Real>& extent,
                                    const BasicRelaxing<Real>& relaxing) const noexcept {
       shaft.embed(extent, move.depth, surface(extent.top, extent.puncture));
-      const Real above = max(0.0, shaft.surface - extent.root);
-      const Real length = max(shortest, shaft.embedded > 0.0 ? move.depth - shaft.surface + above : 1.0);
+      const Real above = larger(0.0, shaft.surface - extent.root);
+      const Real length = larger(shortest, shaft.embedded > 0.0 ? move.depth - shaft.surface + above : 1.0);
       const Mean mean = effective(length);
       const Real most = per_length * mean.length / length;
       const auto [low, high] = shaft.limits(extent, stiffness, -most, most);

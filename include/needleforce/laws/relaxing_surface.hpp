@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -72,8 +71,8 @@ struct BasicRelaxingSurface {
     /// Balance of the surface against what drags it: z_res = (f_c + p l) / k with l = z - z_res. On
     /// withdrawal the traction p is negative, the tip no longer pushes, and the surface is pulled up.
     Rest resting(const BasicLayerExtent<Real>& extent, Real depth, Real traction) const noexcept {
-      const Real length = max(0.0, depth - extent.top), k = surface_stiffness + traction;
-      const Real push = coulomb.per_length > 0.0 ? clamp(traction / coulomb.per_length, 0.0, 1.0) : 1.0;
+      const Real length = larger(0.0, depth - extent.top), k = surface_stiffness + traction;
+      const Real push = coulomb.per_length > 0.0 ? bounded(traction / coulomb.per_length, 0.0, 1.0) : 1.0;
       const Real rest = (tip_force * push + traction * length) / k;
       if (extent.top + rest >= extent.puncture) return {extent.puncture, 0.0, 0.0};
       const Real pushing = push > 0.0 && push < 1.0 ? tip_force : 0.0;
@@ -95,7 +94,7 @@ struct BasicRelaxingSurface {
       embed(shaft, memory, move, extent);
       // what the surface adds to the shaft is not strained yet
       const Real bottom = extent.bottom, last = move.depth - move.travel;
-      const Real kept = max(0.0, before + min(move.depth, bottom) - min(last, bottom));
+      const Real kept = larger(0.0, before + smaller(move.depth, bottom) - smaller(last, bottom));
       if (shaft.embedded > kept) memory.thin(kept / shaft.embedded);
       coulomb.slide(shaft, memory, move, extent, relaxing);
       const Real strained = shaft.embedded;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -103,7 +102,7 @@ struct BasicStickSlip<Real>::Prepared {
   /// loaded it.
   void adopt(BasicCut<Real>& cut, Memory& memory, Real depth) const noexcept {
     if (law.stiffness * (depth - cut.front) < law.arrest_force) memory.running = false;
-    if (!memory.running) cut.front = max(cut.front, depth - law.break_force / law.stiffness);
+    if (!memory.running) cut.front = larger(cut.front, depth - law.break_force / law.stiffness);
   }
   [[gnu::noinline]] void advance(BasicCut<Real>& cut, Memory& memory,
                                  const BasicMove<Real>& move) const noexcept {
@@ -117,7 +116,7 @@ struct BasicStickSlip<Real>::Prepared {
   }
   Real forceless(const BasicCut<Real>&, Real depth) const noexcept { return depth; }
   Real force(const BasicCut<Real>& cut, const Memory&, Real depth) const noexcept {
-    return max(0.0, law.stiffness * (depth - cut.front));
+    return larger(0.0, law.stiffness * (depth - cut.front));
   }
   /// Of the tissue, also while the crack runs: it takes its time c / k to follow.
   Real by_depth(const BasicCut<Real>& cut, const Memory&, Real depth) const noexcept {
@@ -132,8 +131,8 @@ struct BasicStickSlip<Real>::Prepared {
       left = 0.0;
       return;
     }
-    force = max(force, law.break_force);
-    left -= max(0.0, time);
+    force = larger(force, law.break_force);
+    left -= larger(0.0, time);
     memory.running = true;
     if (speed < law.arrest_speed) skip_cycles(left, speed);
   }
@@ -148,15 +147,15 @@ struct BasicStickSlip<Real>::Prepared {
       left = 0.0;
       return;
     }
-    force = min(force, law.arrest_force);
+    force = smaller(force, law.arrest_force);
     left -= time;
     memory.running = false;
   }
   void skip_cycles(Real& left, Real speed) const noexcept {
     const Real cycle = stick_time(speed) + slip_time(speed);
-    const double whole = min(value_of(left / cycle), 1e15);
-    left = max(0.0, left - cycle * static_cast<double>(static_cast<long long>(whole)));
-    left = min(left, cycle);
+    const double whole = smaller(value_of(left / cycle), 1e15);
+    left = larger(0.0, left - cycle * static_cast<double>(static_cast<long long>(whole)));
+    left = smaller(left, cycle);
   }
 };
 

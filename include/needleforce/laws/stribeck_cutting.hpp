@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -66,7 +65,7 @@ struct BasicStribeckCutting {
   }
   /// Speed [m/s] below which steady cutting is unstable; 0 where it is always stable.
   Real critical_speed() const noexcept {
-    return max(0.0, stribeck_speed * log((static_force - kinetic_force) / (damping * stribeck_speed)));
+    return larger(0.0, stribeck_speed * log((static_force - kinetic_force) / (damping * stribeck_speed)));
   }
 
   struct Prepared;
@@ -83,21 +82,21 @@ struct BasicStribeckCutting<Real>::Prepared {
 
   BasicStribeckCutting<Real> law;
 
-  Real steady(Real speed) const noexcept { return law.steady_force(max(0.0, speed)); }
+  Real steady(Real speed) const noexcept { return law.steady_force(larger(0.0, speed)); }
   void enter(BasicCut<Real>& cut, Memory& memory, Real depth, Real carried) const noexcept {
     if (carried < 0.0) memory.speed = 0.0;
-    cut.front = depth - max(0.0, carried) / law.stiffness;
+    cut.front = depth - larger(0.0, carried) / law.stiffness;
   }
   /// A crack that sticks holds no more than its breaking force, also if another law or other parameters
   /// loaded it.
   void adopt(BasicCut<Real>& cut, Memory& memory, Real depth) const noexcept {
-    if (memory.speed == 0.0) cut.front = max(cut.front, depth - law.static_force / law.stiffness);
+    if (memory.speed == 0.0) cut.front = larger(cut.front, depth - law.static_force / law.stiffness);
   }
   [[gnu::noinline]] void advance(BasicCut<Real>& cut, Memory& memory,
                                  const BasicMove<Real>& move) const noexcept {
     const Real last = law.stiffness * (move.depth - cut.front);
     if (memory.speed == 0.0 && last <= law.static_force) return;  // it sticks
-    const int steps = static_cast<int>(clamp(std::ceil(value_of(move.dt) * 1e5), 1.0, 256.0));
+    const int steps = static_cast<int>(bounded(std::ceil(value_of(move.dt) * 1e5), 1.0, 256.0));
     const Real dt = move.dt / steps, travel = move.travel / steps, inertia = law.mass / dt;
     Real depth = move.depth - move.travel;
     for (int i = 0; i < steps; ++i) {
@@ -109,7 +108,7 @@ struct BasicStribeckCutting<Real>::Prepared {
   }
   Real forceless(const BasicCut<Real>&, Real depth) const noexcept { return depth; }
   Real force(const BasicCut<Real>& cut, const Memory&, Real depth) const noexcept {
-    return max(0.0, law.stiffness * (depth - cut.front));
+    return larger(0.0, law.stiffness * (depth - cut.front));
   }
   Real by_depth(const BasicCut<Real>& cut, const Memory&, Real depth) const noexcept {
     return depth > cut.front ? law.stiffness : 0.0;
@@ -124,7 +123,7 @@ struct BasicStribeckCutting<Real>::Prepared {
     // iterations
     const Real per_speed = 1.0 / law.stribeck_speed;
     Real low = 0.0, high = push / resisting;  // the force is positive
-    Real v = min(speed, high);
+    Real v = smaller(speed, high);
     for (int i = 0; i < 12; ++i) {
       const Real falling = (law.static_force - law.kinetic_force) * exp(-v * per_speed);
       const Real excess = push - resisting * v - (law.kinetic_force + falling + law.damping * v);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <algorithm>
 #include <array>
 
 #include "../law.hpp"
@@ -79,7 +78,7 @@ struct BasicYieldingCoulomb {
                const BasicRelaxing<Real>& relaxing) const noexcept {
       if (memory.top != extent.top) memory.contact = {};
       memory.contact.advance(rupture, move, extent, relaxing);
-      return max(0.0, move.deepest - extent.top - memory.contact.recession * (move.deepest - move.depth));
+      return larger(0.0, move.deepest - extent.top - memory.contact.recession * (move.deepest - move.depth));
     }
     void press(Memory& memory, Real whole, Real slope) const noexcept {
       const Real tears = memory.contact.by_advance;
@@ -116,10 +115,10 @@ struct BasicYieldingCoulomb {
     static void share_energy(Memory& memory, const BasicContactAtPuncture<Real>& contact,
                              Real shaft) noexcept {
       const Real travel = contact.extent.puncture - contact.extent.top;
-      const Real cut = min(0.5 * contact.cut * travel, contact.free_energy);
+      const Real cut = smaller(0.5 * contact.cut * travel, contact.free_energy);
       const Real rest = contact.work - shaft - cut, held = weight(memory) * contact.whole_energy;
       if (rest > 1e-6 * held)
-        memory.contact.recession = max(memory.contact.recession, held / rest);
+        memory.contact.recession = larger(memory.contact.recession, held / rest);
       else
         memory.contact = {};
     }

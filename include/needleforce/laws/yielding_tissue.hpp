@@ -89,7 +89,7 @@ struct BasicYieldingTissue {
 
     void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
                  const BasicLayerExtent<Real>& extent, const BasicRelaxing<Real>& relaxing) const noexcept {
-      if (!(move.below > 0.0 && move.below < min(move.travel, move.depth)))
+      if (!(move.below > 0.0 && move.below < smaller(move.travel, move.depth)))
         return dragged.advance(shaft, memory, move, extent, relaxing);
       // in the step of the puncture only the travel after it strains the tissue
       BasicMove<Real> own = move;
@@ -125,8 +125,8 @@ struct BasicYieldingTissue {
       if (!(force > 0.0)) return 0.0;
       const Real length = contact.extent.puncture - contact.extent.top - dragged.resting_surface;
       const Real slides =
-          dragged.per_length * max(0.0, length) / (1.0 + dragged.per_length / dragged.stiffness);
-      const Real energy = clamp(contact.work, 0.0, contact.whole_energy);
+          dragged.per_length * larger(0.0, length) / (1.0 + dragged.per_length / dragged.stiffness);
+      const Real energy = bounded(contact.work, 0.0, contact.whole_energy);
       return std::min({slides, force, 2.0 * dragged.stiffness * energy / force});
     }
   };
