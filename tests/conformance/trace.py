@@ -166,7 +166,6 @@ class Case:
         self.write(*(getattr(sample, part) for part in PARTS), *(int(event) for event in events))
 
 
-
 def traced(path: Path, kind: type[Case] = Case) -> list[str]:
     """The lines of a case."""
     case = kind()
