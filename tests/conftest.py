@@ -10,6 +10,7 @@ from pathlib import Path
 
 import progress_lines
 import pytest
+from building import built
 from hypothesis import settings
 from recorded_data import RECORDINGS
 
@@ -124,7 +125,36 @@ def root() -> Path:
 
 
 @pytest.fixture(scope="session")
-def wasm(root, tmp_path_factory) -> Path:
+def once(tmp_path_factory):
+    """``once(name, make)``: the folder that ``make(folder)`` fills, in the one process of a run that asks first."""
+    own = tmp_path_factory.getbasetemp()
+    of_run = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+
+    def made(name: str, make) -> Path:
+        folder, begun = of_run / name, of_run / f"{name}_begun"
+        try:
+            begun.mkdir()
+        except FileExistsError:
+            for _ in range(600):
+                if folder.exists():
+                    return folder
+                time.sleep(0.2)
+            pytest.fail(f"the process that makes {name} does not end")
+        make(own / f"{name}_made")
+        return (own / f"{name}_made").rename(folder)
+
+    return made
+
+
+@pytest.fixture(scope="session")
+def shared_library(root, once) -> Path:
+    """The C library as programs and hosts load it, with all of its parts."""
+    options = ("-DBUILD_SHARED_LIBS=ON", "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O1")
+    return once("c_library", lambda folder: built(root, folder, *options)) / "libneedleforce.so"
+
+
+@pytest.fixture(scope="session")
+def wasm(root, once) -> Path:
     """The folder with needleforce.mjs and the core for WebAssembly: that of ``make wasm`` if it is of these sources,
     else one that one process of a run compiles."""
     missing = [tool for tool in ("clang++-19", "node") if shutil.which(tool) is None]
@@ -132,17 +162,5 @@ def wasm(root, tmp_path_factory) -> Path:
         pytest.skip(f"no {' and no '.join(missing)}: tools/system_packages.sh proof installs what WebAssembly needs")
     if subprocess.run(["make", "--question", "--silent", "wasm"], cwd=root, capture_output=True).returncode == 0:
         return root / "src" / "needleforce" / "studio" / "core"
-    own = tmp_path_factory.getbasetemp()
-    of_run = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
-    folder = of_run / "wasm"
-    try:
-        (of_run / "wasm_begun").mkdir()
-    except FileExistsError:
-        for _ in range(600):
-            if folder.exists():
-                return folder
-            time.sleep(0.2)
-        pytest.fail("the process that compiles for WebAssembly does not end")
-    subprocess.run([root / "bindings" / "wasm" / "build.sh", own / "wasm_compiled"], check=True)
-    (own / "wasm_compiled").rename(folder)
-    return folder
+    build = root / "bindings" / "wasm" / "build.sh"
+    return once("wasm", lambda folder: subprocess.run([build, folder], check=True))

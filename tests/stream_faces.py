@@ -14,10 +14,10 @@ FACES = ("c++", "c", "python", "wasm", "browser")
 
 
 class StreamFaces:
-    """``program`` is the name of the files, ``libraries`` the endings of the C library's parts that it needs."""
+    """``program`` is the name of the files."""
 
-    def __init__(self, root: Path, folder: Path, program: str, libraries: list[str], request) -> None:
-        self.root, self.folder, self.program, self.libraries = root, folder, program, libraries
+    def __init__(self, root: Path, folder: Path, program: str, request) -> None:
+        self.root, self.folder, self.program = root, folder, program
         self.request, self.source = request, root / "tests" / "conformance"
 
     def of(self, streams: dict[str, list[str]], numbers: int) -> Callable[[str], dict]:
@@ -50,18 +50,14 @@ class StreamFaces:
         return [sys.executable, self.source / "in_browser.py", f"{self.program}.mjs", wasm]
 
     def _compiled(self, face: str) -> Path:
-        include, program = f"-I{self.root / 'include'}", self.folder / face
+        source, program = self.source / self.program, self.folder / face
         if face == "c++":
-            source = self.source / f"{self.program}.cpp"
-            subprocess.run(["g++", "-std=c++20", "-O1", include, source, "-o", program], check=True)
-            return program
-        library = self.folder / "library.cpp"
-        parts = (self.root / "bindings" / "c" / f"needleforce_{each}.cpp" for each in self.libraries)
-        library.write_text("".join(f'#include "{part}"\n' for part in parts), encoding="utf-8")
-        as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", include, "-c"]
-        subprocess.run(["g++", *as_c_needs_it, library, "-o", self.folder / "library.o"], check=True)
-        strict = ["gcc", "-std=c11", "-Wall", "-Werror", self.source / f"{self.program}.c"]
-        subprocess.run([*strict, self.folder / "library.o", "-lm", "-o", program], check=True)
+            run = ["g++", "-std=c++20", "-O1", f"-I{self.root / 'include'}", source.with_suffix(".cpp")]
+        else:
+            library = self.request.getfixturevalue("shared_library")
+            where = [library, f"-Wl,-rpath={library.parent}"]
+            run = ["gcc", "-std=c11", "-Wall", "-Werror", source.with_suffix(".c"), *where]
+        subprocess.run([*run, "-o", program], check=True)
         return program
 
 

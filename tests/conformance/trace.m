@@ -1,9 +1,6 @@
 % SPDX-License-Identifier: Apache-2.0
 % The conformance set through nf_insertion; README.md describes a case. Without solids and needles that bend.
 1;
-function text = text_of(number)
-  text = sprintf('%.17g', number);
-end
 function x = number(word)
   x = str2double(word);
 end
@@ -19,12 +16,16 @@ end
 function show(s)
   phases = {'free', 'deformation', 'insertion', 'hold', 'extraction'};
   statuses = {'ok', 'outside_range', 'invalid_parameter', 'not_finite'};
-  for i = 1:numel(s.force)
-    printf('%.17g ', s.depth(i), s.velocity(i), s.force(i), s.stiffness(i), s.friction(i), s.cutting(i), ...
-           s.lateral(i), s.force_by_depth(i), s.force_by_velocity(i));
-    printf('%s %s %d %d %d\n', phases{s.phase(i) + 1}, statuses{s.status(i) + 1}, s.contact(i), s.punctured(i), ...
-           s.exit(i));
+  numbers = [s.depth, s.velocity, s.force, s.stiffness, s.friction, s.cutting, s.lateral, s.force_by_depth, ...
+             s.force_by_velocity, s.phase, s.status, s.contact, s.punctured, s.exit];
+  text = sprintf([repmat('%.17g ', 1, 9) 'phase%d status%d %d %d %d\n'], numbers');
+  for i = 1:numel(phases)
+    text = strrep(text, sprintf('phase%d', i - 1), phases{i});
   end
+  for i = 1:numel(statuses)
+    text = strrep(text, sprintf('status%d', i - 1), statuses{i});
+  end
+  printf('%s', text);
 end
 function v = velocity(word)
   if strcmp(word, '-')

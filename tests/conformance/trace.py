@@ -31,9 +31,15 @@ def solid(spacing: str, nodes: str, scale: str, fall: str) -> fe.CondensedTissue
 
 
 class Case:
+    """A case as it is read: `lines` is what it has written so far. Another host has its own `engine`."""
+
     def __init__(self):
+        self.lines = []
         self.layers, self.settings, self.ticks, self.insertion, self.made = [], {}, 0, None, False
         self.tissue, self.lateral, self.sections, self.bending, self.base_ticks = None, [], [], {}, [0] * 5
+
+    def write(self, *words):
+        self.lines.append(" ".join(map(str, words)))
 
     def describe(self, what: str, words: list[str]) -> bool:
         """True for a line of the model."""
@@ -76,7 +82,7 @@ class Case:
             model = nf.Model(**first, deeper=deeper)
             self.insertion = self.engine(model, limits, nf.core.Bevel(**bevel))
         except nf.InputError:
-            print("refused")
+            self.write("refused")
 
     def engine(self, model, limits: dict, bevel):
         if not self.lateral and self.tissue is not None:
@@ -120,16 +126,16 @@ class Case:
         self.print(sample.axial)
         vectors = [*sample.tip, *sample.tangent, *sample.wrench]
         scalars = [sample.force, sample.lateral, sample.unsupported_length, sample.status, int(sample.buckled)]
-        print("bent", *map(float, vectors), *scalars)
+        self.write("bent", *map(float, vectors), *scalars)
 
     def shape(self):
         for point in self.insertion.shape():
-            print("point", *map(float, point))
+            self.write("point", *map(float, point))
 
     def nodes(self):
-        print("tip", self.insertion.tip)
+        self.write("tip", self.insertion.tip)
         for force, displacement in zip(self.insertion.node_force, self.insertion.displacement):
-            print("node", float(force), float(displacement))
+            self.write("node", float(force), float(displacement))
 
     def reset(self):
         self.insertion.reset()
@@ -148,22 +154,28 @@ class Case:
     def take(self, memory: bytes):
         try:
             self.insertion.restore(memory)
-            print("taken")
+            self.write("taken")
         except nf.InputError:
-            print("refused")
+            self.write("refused")
 
     def advance(self, depth, velocity, dt):
         self.print(self.insertion.step(depth, velocity, dt))
 
     def print(self, sample):
         events = (sample.contact, sample.punctured, sample.exit)
-        print(*(getattr(sample, part) for part in PARTS), *(int(event) for event in events))
+        self.write(*(getattr(sample, part) for part in PARTS), *(int(event) for event in events))
 
 
-for path in sys.argv[1:]:
-    print("case", path)
-    case = Case()
-    for line in Path(path).read_text(encoding="utf-8").splitlines():
+def traced(path: Path, kind: type[Case] = Case) -> list[str]:
+    """The lines of a case."""
+    case = kind()
+    for line in path.read_text(encoding="utf-8").splitlines():
         what, *words = line.split() or ["#"]
         if not what.startswith("#") and not case.describe(what, words):
             case.move(what, words)
+    return case.lines
+
+
+if __name__ == "__main__":
+    for path in sys.argv[1:]:
+        print("\n".join([f"case {path}", *traced(Path(path))]))

@@ -61,7 +61,7 @@ def streams() -> dict:
 @pytest.fixture(scope="module")
 def found(root, tmp_path_factory, request):
     """By face and stream: numbers (n, 7), words, and what was taken back."""
-    faces = StreamFaces(root, tmp_path_factory.mktemp("streams"), "watch", ["events"], request)
+    faces = StreamFaces(root, tmp_path_factory.mktemp("streams"), "watch", request)
     return faces.of(streams(), NUMBERS)
 
 

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 from browser import CHROMIUM, WITHOUT
+from case_rows import CASES, NUMBERS, rigid, steps, units
 
 from needleforce import core
 from needleforce.models.laws import FAMILIES, laws_of
@@ -18,8 +19,6 @@ from needleforce.models.laws import FAMILIES, laws_of
 # end when no node moves by more than 1e-9 m: after as many in every language, as changes differ by last bits alone
 TOLERANCE = 1e-12
 FACES = ("c++", "c", "python", "wasm", "browser", "mono", "octave")
-# columns of a step: numbers, then words
-NUMBERS, FORCES = 9, slice(2, 7)
 # of a needle that bends: tip, tangent, wrench, force, lateral, unsupported length; columns of one unit
 BENT, POINT = 15, 3
 # of a node of a solid: force, displacement
@@ -37,35 +36,32 @@ def compiled(root, folder, compiler: list, source: str, *more):
     return [binary]
 
 
-def c_trace(root, folder):
-    """Built as a C program: one object from C++, everything else from C, without the C++ library."""
-    as_c_needs_it = ["-std=c++20", "-O1", "-fno-exceptions", "-fno-rtti", f"-I{root / 'include'}"]
-    sources = [root / "bindings" / "c" / f"needleforce{part}.cpp" for part in ("", "_bend", "_solid")]
-    (folder / "all.cpp").write_text("".join(f'#include "{each}"\n' for each in sources))
-    subprocess.run(["g++", *as_c_needs_it, "-fPIC", "-c", folder / "all.cpp", "-o", folder / "all.o"], check=True)
-    return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", folder / "all.o", "-lm")
+def c_trace(root, folder, library):
+    """A C program: the library needs no C++ library."""
+    where = [library, f"-Wl,-rpath={library.parent}"]
+    return compiled(root, folder, ["gcc", "-std=c11", "-Wall", "-Werror"], "trace.c", *where)
 
 
-def mono_trace(root, folder):
+def mono_trace(root, folder, library):
     """Needleforce.cs, with the library next to the program."""
     if not shutil.which("mcs"):
         pytest.skip("no Mono: sudo tools/system_packages.sh hosts")
     sources = [root / "integrations" / "unity" / "Needleforce.cs", root / "tests" / "conformance" / "trace.cs"]
-    library = folder / "libneedleforce.so"
-    subprocess.run(["gcc", "-shared", folder / "all.o", "-lm", "-o", library], check=True)
+    shutil.copy(library, folder)
     subprocess.run(["mcs", "-warnaserror", f"-out:{folder / 'trace.exe'}", *sources], check=True)
     return ["mono", folder / "trace.exe"]
 
 
-def octave_trace(root, folder):
-    """The gateway, with the library in it."""
+def octave_trace(root, folder, library):
+    """A copy of the functions, for a gateway that someone compiled next to them would be taken first."""
     if not shutil.which("mkoctfile"):
         pytest.skip("no Octave: sudo tools/system_packages.sh hosts")
-    host, gateway = root / "integrations" / "octave", folder / "nf_insertion_mex.mex"
-    source = [f"-I{root / 'bindings' / 'c'}", host / "nf_insertion_mex.c", folder / "all.o"]
-    subprocess.run(["mkoctfile", "--mex", *source, "-o", gateway], check=True, cwd=folder)
-    paths = ["--path", host, "--path", folder]
-    return ["octave-cli", "--quiet", "--norc", "--no-history", *paths, root / "tests" / "conformance" / "trace.m"]
+    host = folder / "octave"
+    shutil.copytree(root / "integrations" / "octave", host, ignore=shutil.ignore_patterns("*.mex*"))
+    where = [f"-I{root / 'bindings' / 'c'}", f"-L{library.parent}", "-lneedleforce", f"-Wl,-rpath={library.parent}"]
+    subprocess.run(["mkoctfile", "--mex", "nf_insertion_mex.c", *where], check=True, cwd=host)
+    options = ["--quiet", "--norc", "--no-history", "--path", host]
+    return ["octave-cli", *options, root / "tests" / "conformance" / "trace.m"]
 
 
 def in_browser(source, wasm) -> list:
@@ -77,23 +73,25 @@ def in_browser(source, wasm) -> list:
 @pytest.fixture(scope="module")
 def trace(root, tmp_path_factory, request):
     """The output of a face for every case, each run once: lines of words by case."""
-    folder, cases, outputs = tmp_path_factory.mktemp("traces"), sorted(root.glob("tests/conformance/cases/*.txt")), {}
+    folder, outputs = tmp_path_factory.mktemp("traces"), {}
     source = root / "tests" / "conformance"
+
+    def library():
+        return request.getfixturevalue("shared_library")
+
     command = {
         "c++": lambda: compiled(root, folder, ["g++", "-std=c++20", "-Wall", "-Werror"], "trace.cpp"),
-        "c": lambda: c_trace(root, folder),
+        "c": lambda: c_trace(root, folder, library()),
         "python": lambda: [sys.executable, source / "trace.py"],
         "wasm": lambda: ["node", source / "trace.mjs", request.getfixturevalue("wasm") / "needleforce.mjs"],
         "browser": lambda: in_browser(source, request.getfixturevalue("wasm")),
-        "mono": lambda: of("c") and mono_trace(root, folder),
-        "octave": lambda: of("c") and octave_trace(root, folder),
+        "mono": lambda: mono_trace(root, folder, library()),
+        "octave": lambda: octave_trace(root, folder, library()),
     }
-    # nf_insertion has no solid and no needle that bends
-    rigid = [each for each in cases if not re.search("^(solid|lateral) ", each.read_text(encoding="utf-8"), re.M)]
 
     def of(face: str) -> dict:
         if face not in outputs:
-            given = rigid if face == "octave" else cases
+            given = rigid() if face == "octave" else CASES  # nf_insertion has no solid and no needle that bends
             run = [*command[face](), *given]
             first, again = (subprocess.run(run, capture_output=True, text=True, check=True).stdout for _ in range(2))
             assert first == again, f"{face} gives other bits the second time"
@@ -110,20 +108,6 @@ def rows_of(lines: list[str], kind: str, count: int) -> tuple[np.ndarray, list]:
     rows = [line.split()[1:] for line in lines if line.startswith(f"{kind} ")]
     numbers = np.array([row[:count] for row in rows], float).reshape(-1, count)
     return numbers, [row[count:] for row in rows]
-
-
-def steps(lines: list[str]) -> tuple[np.ndarray, list]:
-    """Numbers (n, 9) of the steps, and the words of every line."""
-    rows = [line.split() for line in lines if not line.startswith(("bent ", "point ", "tip ", "node "))]
-    numbers = [row[:NUMBERS] for row in rows if len(row) > NUMBERS]
-    return np.array(numbers, float).reshape(-1, NUMBERS), [row[NUMBERS:] or row for row in rows]
-
-
-def units(numbers: np.ndarray) -> np.ndarray:
-    """Scale of each column: its largest value; for the parts of the force, the largest force."""
-    unit = np.abs(numbers).max(axis=0, initial=0.0)
-    unit[FORCES] = unit[2]
-    return unit
 
 
 def bent_units(numbers: np.ndarray) -> np.ndarray:

@@ -71,7 +71,7 @@ def streams() -> dict[str, list[str]]:
 @pytest.fixture(scope="module")
 def found(root, tmp_path_factory, request):
     """By face and stream: numbers (n, 31), words, and what was taken back."""
-    faces = StreamFaces(root, tmp_path_factory.mktemp("learnt"), "learn", ["events", "online"], request)
+    faces = StreamFaces(root, tmp_path_factory.mktemp("learnt"), "learn", request)
     return faces.of(streams(), NUMBERS)
 
 

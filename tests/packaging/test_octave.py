@@ -73,10 +73,16 @@ def octave(folder: Path, program: str) -> str:
     return said([*OCTAVE, folder / "program.m"], env=command, cwd=folder)
 
 
+def functions(root, folder) -> Path:
+    """A copy without a gateway, which someone may have compiled there."""
+    without = shutil.ignore_patterns("*.mex*")
+    return shutil.copytree(root / "integrations" / "octave", folder / "functions", ignore=without)
+
+
 @pytest.fixture(scope="module")
 def folder(root, prefix, tmp_path_factory):
     """The functions where ``nf_build`` compiled the gateway."""
-    folder = shutil.copytree(root / "integrations" / "octave", tmp_path_factory.mktemp("octave") / "functions")
+    folder = functions(root, tmp_path_factory.mktemp("octave"))
     octave(folder, f"nf_build('{prefix}')")
     return folder
 
@@ -106,8 +112,8 @@ def test_what_is_refused_is_named(output, line):
     assert REFUSED[line] in output[1][line]
 
 
-def test_a_gateway_that_is_not_compiled_and_a_command_that_is_missing_are_named(root):
-    program = f"addpath('{root / 'integrations' / 'octave'}'); setenv('NEEDLEFORCE', 'no_such_command');"
+def test_a_gateway_that_is_not_compiled_and_a_command_that_is_missing_are_named(root, tmp_path):
+    program = f"addpath('{functions(root, tmp_path)}'); setenv('NEEDLEFORCE', 'no_such_command');"
     for line, expected in {"nf_insertion('run')": "nf_build(", "nf_model('paper')": "pip install needleforce"}.items():
         done = subprocess.run([*OCTAVE, "--eval", f"{program} {line}"], capture_output=True, text=True)
         assert done.returncode == 1 and expected in done.stderr

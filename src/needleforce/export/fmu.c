@@ -28,14 +28,15 @@ typedef void (*Log)(void* environment, Status status, const char* category, cons
 typedef enum { INSTANTIATED, INITIALIZING, STEPPING, ENDED } Mode;
 
 /* References of values: those of modelDescription.xml. */
-enum { TIME, DEPTH, VELOCITY, MEASURED, MAX_SPEED, HOLD_TIME, DEPTH_NOISE };
+enum { TIME, DEPTH, VELOCITY, MEASURED }; /* and the settings */
 enum { FORCE = 20, STIFFNESS, FRICTION, CUTTING, LATERAL, BY_DEPTH, BY_VELOCITY };
 enum { PHASE = 40, STATUS, CONTACT, PUNCTURED, EXIT };
 enum { PARAMETERS = 100 }; /* of the laws, in their order from the surface down */
 
 /* Numbers of a state of the FMU, without the memory of the tissue; no pointers, no gaps. */
 typedef struct {
-  double time, dt, depth, velocity, measured, max_speed, hold_time, depth_noise;
+  double time, dt, depth, velocity, measured;
+  nf_settings settings;
   double force, stiffness, friction, cutting, lateral, by_depth, by_velocity;
   double phase, status, contact, punctured, exit, mode;
 } Numbers;
@@ -74,12 +75,9 @@ static double* parameter(Fmu* fmu, Reference reference) {
 }
 
 static void start(Fmu* fmu) {
-  const nf_settings settings = nf_default_settings();
   memcpy(fmu->layers, MODEL_LAYER_VALUES, sizeof fmu->layers);
   memset(&fmu->now, 0, sizeof fmu->now);
-  fmu->now.max_speed = settings.max_speed;
-  fmu->now.hold_time = settings.hold_time;
-  fmu->now.depth_noise = settings.depth_noise;
+  fmu->now.settings = nf_default_settings();
   fmu->insertion = NULL;
 }
 
@@ -93,11 +91,11 @@ static void take(Numbers* now, const nf_sample* s) {
 
 static double* number(Fmu* fmu, Reference reference) {
   Numbers* now = &fmu->now;
-  if (reference <= DEPTH_NOISE) {
-    double* const front[] = {&now->time,      &now->depth,     &now->velocity,   &now->measured,
-                             &now->max_speed, &now->hold_time, &now->depth_noise};
-    return front[reference];
-  }
+  nf_settings* s = &now->settings;
+  double* const front[] = {&now->time,     &now->depth,         &now->velocity,    &now->measured,
+                           &s->max_speed,  &s->hold_time,       &s->depth_noise,   &s->bevel_half_angle,
+                           &s->bevel_friction_coefficient,      &s->bevel_face_share};
+  if (reference < sizeof front / sizeof *front) return front[reference];
   if (reference >= FORCE && reference <= BY_VELOCITY) return &now->force + (reference - FORCE);
   if (reference >= PHASE && reference <= EXIT) return &now->phase + (reference - PHASE);
   return parameter(fmu, reference);
@@ -162,12 +160,9 @@ API Status fmi3EnterInitializationMode(Fmu* fmu, bool tolerance_defined, double 
   return OK;
 }
 static Status make(Fmu* fmu) {
-  nf_settings settings = nf_default_settings();
   nf_fault why;
-  settings.max_speed = fmu->now.max_speed;
-  settings.hold_time = fmu->now.hold_time;
-  settings.depth_noise = fmu->now.depth_noise;
-  fmu->insertion = nf_init(fmu->memory, nf_size(), fmu->layers, MODEL_LAYERS, &settings, &why);
+  fmu->insertion =
+      nf_init(fmu->memory, nf_size(), fmu->layers, MODEL_LAYERS, &fmu->now.settings, &why);
   if (fmu->insertion) return OK;
   return fault(fmu, ERROR, "layer %u, %s %s = %g: %s. Set another value before the initialization ends.",
                (unsigned)why.layer + 1, why.law ? why.law : "", why.quantity ? why.quantity : "", why.value,

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as xml
 
+from ..core import Bevel
 from ..errors import InputError
 from ..models.laws import FAMILIES
 from ..models.model import Model
@@ -48,7 +49,12 @@ _OUTPUTS = (
 _WORDS = ((40, "phase", "0 free, 1 deformation, 2 insertion, 3 hold, 4 extraction"),)
 _WORDS += ((41, "status", "0 ok, 1 outside range, 2 invalid parameter, 3 not finite"),)
 _EVENTS = ((42, "contact"), (43, "punctured"), (44, "exit"))
-_SETTINGS = ((4, "max_speed", 1.0, "m/s"), (5, "hold_time", 0.0, "s"), (6, "depth_noise", 0.0, "m"))
+_SETTINGS = (
+    (4, "max_speed", 1.0, "m/s"),
+    (5, "hold_time", 0.0, "s"),
+    (6, "depth_noise", 0.0, "m"),
+    *((7 + place, f"bevel_{row['name']}", row["default"], row["unit"]) for place, row in enumerate(Bevel.table())),
+)
 _UNITS = {
     "m": {"m": "1"}, "s": {"s": "1"}, "m/s": {"m": "1", "s": "-1"}, "N": {"kg": "1", "m": "1", "s": "-2"},
     "N/m": {"kg": "1", "s": "-2"}, "N.s/m": {"kg": "1", "s": "-1"},
