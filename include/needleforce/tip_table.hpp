@@ -15,8 +15,9 @@ namespace needleforce {
 
 /// F(h) for a reduced modulus of 1, by Sneddon's integrals. F is a polynomial of the fifth degree in u =
 /// sqrt(h) on each of 40 blocks, which meets F and dF/du = 4 a u at both ends and the middle; the block with
-/// the largest error is halved until there are 40. Kept are these values, two thirds of the coefficients'
-/// bytes. Slope and energy belong to that F exactly.
+/// the largest error is halved until there are 40. Kept are the values at the ends, of which the cubic
+/// follows, and what bends it to meet the middle: so small that single precision adds no error that counts.
+/// Slope and energy belong to that F exactly.
 class TipTable {
  public:
   TipTable() = default;
@@ -41,7 +42,7 @@ class TipTable {
     const double u = std::sqrt(h), end = last_root(), beyond = h - end * end;
     const std::size_t k = u >= end ? count_ : find(u);
     double sum = 0.0;
-    for (std::size_t i = 0; i < k; ++i) sum += block(i).work(edge_[i], edge_[i + 1] - edge_[i]);
+    for (std::size_t i = 0; i < k; ++i) sum += block(i).work(edge_[i], right_of(i) - edge_[i]);
     if (k == count_) return sum + beyond * (last_force() + 0.5 * last_slope() * beyond);
     return sum + block(k).work(edge_[k], u - edge_[k]);
   }
@@ -49,21 +50,22 @@ class TipTable {
     const double end = last_root() * last_root();
     if (force >= last_force()) return end + (force - last_force()) / last_slope();
     std::size_t k = 0;
-    while (k + 1 < count_ && node_[2 * (k + 1)].force <= force) ++k;
+    while (k + 1 < count_ && node_[k + 1].force <= force) ++k;
     const Block inside = block(k);
     const auto miss = [&](double x) { return inside.value(x) - force; };
-    const double u = sneddon::detail::root(miss, 0.0, edge_[k + 1] - edge_[k], 0.0) + edge_[k];
+    const double u = sneddon::detail::root(miss, 0.0, right_of(k) - edge_[k], 0.0) + edge_[k];
     return u * u;
   }
   /// Root of the depth [m^(1/2)] from which F is straight, and F there [m^2].
-  double last_root() const noexcept { return edge_[count_]; }
-  double last_force() const noexcept { return node_[2 * count_].force; }
-  double last_slope() const noexcept { return node_[2 * count_].by_root / (2.0 * last_root()); }
+  double last_root() const noexcept { return end_; }
+  double last_force() const noexcept { return node_[count_].force; }
+  double last_slope() const noexcept { return node_[count_].by_root / (2.0 * last_root()); }
   /// Calls `visit` with every number that the table consists of.
   template <class Visit>
   void each(Visit visit) const noexcept {
-    for (std::size_t k = 0; k <= count_; ++k) visit(edge_[k]);
-    for (std::size_t k = 0; k <= 2 * count_; ++k) visit(node_[k].force), visit(node_[k].by_root);
+    for (std::size_t k = 0; k < count_; ++k) visit(edge_[k]), visit(bend_[k].even), visit(bend_[k].odd);
+    for (std::size_t k = 0; k <= count_; ++k) visit(node_[k].force), visit(node_[k].by_root);
+    visit(end_);
   }
 
  private:
@@ -71,6 +73,10 @@ class TipTable {
   /// F [m^2] and dF/du [m^(3/2)].
   struct Node {
     double force, by_root;
+  };
+  /// What bends the cubic through the ends of a block: t^2 (1-t)^2 (even + odd (t - 1/2)) [m^2].
+  struct Bend {
+    float even = 0.0f, odd = 0.0f;
   };
   /// F over x = u - edge as a polynomial of t = x / width, its coefficients from the constant on [m^2].
   struct Block {
@@ -99,19 +105,22 @@ class TipTable {
       return x * sum;
     }
   };
-  /// The quintic through force and derivative at 0, w/2 and w.
-  static Block quintic(double w, const Node& left, const Node& middle, const Node& right) noexcept {
+  /// What the middle at w/2 asks for, of the polynomial and of its derivative a sixteenth each.
+  static Bend bend(double w, const Node& left, const Node& middle, const Node& right) noexcept {
     const double a = w * left.by_root, d = right.force - left.force, b = w * right.by_root;
-    // what the cubic through the ends leaves at the middle, of value and derivative
     const double value = middle.force - left.force - 0.5 * d - 0.125 * (a - b);
     const double by = w * middle.by_root - 1.5 * d + 0.25 * (a + b);
-    // t^2 (1-t)^2 (p + q (t - 1/2)): 1/16 at the middle, its derivative q/16
-    const double p = 16.0 * value, q = 16.0 * by, e = p - 0.5 * q;
+    return {static_cast<float>(16.0 * value), static_cast<float>(16.0 * by)};
+  }
+  static Block quintic(double w, const Node& left, const Bend& bend, const Node& right) noexcept {
+    const double a = w * left.by_root, d = right.force - left.force, b = w * right.by_root;
+    const double q = bend.odd, e = bend.even - 0.5 * q;
     return {1.0 / w,
             {left.force, a, 3.0 * d - 2.0 * a - b + e, a + b - 2.0 * d - 2.0 * e + q, e - 2.0 * q, q}};
   }
+  double right_of(std::size_t k) const noexcept { return k + 1 < count_ ? edge_[k + 1] : end_; }
   Block block(std::size_t k) const noexcept {
-    return quintic(edge_[k + 1] - edge_[k], node_[2 * k], node_[2 * k + 1], node_[2 * k + 2]);
+    return quintic(right_of(k) - edge_[k], node_[k], bend_[k], node_[k + 1]);
   }
   /// The block whose left edge is at or below u, in a fixed number of steps.
   std::size_t find(double u) const noexcept {
@@ -129,14 +138,16 @@ class TipTable {
   }
   struct Fitted {
     double from, to;  // u
-    Node left, middle, right;
+    Node left, right;
+    Bend bend;
     double error;
   };
   template <class TipShape>
   static Fitted fitted(const TipShape& shape, double from, double to, const Node& left, const Node& right,
                        double limit, double scale) noexcept {
-    Fitted block{from, to, left, node(shape, 0.5 * (from + to), limit), right, 0.0};
-    const Block polynomial = quintic(to - from, left, block.middle, right);
+    const Node middle = node(shape, 0.5 * (from + to), limit);
+    Fitted block{from, to, left, right, bend(to - from, left, middle, right), 0.0};
+    const Block polynomial = quintic(to - from, left, block.bend, right);
     for (const double t : {0.2, 0.8}) {
       const double x = t * (to - from);
       const Node at = node(shape, from + x, limit);
@@ -156,7 +167,7 @@ class TipTable {
     u[n++] = 0.0;
     for (const double b : shape.breaks())
       if (b > shape.flat() && b < limit) {
-        const double at = std::sqrt(sneddon::depth(shape, b));
+        const double at = kept(std::sqrt(sneddon::depth(shape, b)));
         if (at > u[n - 1]) u[n++] = at;
       }
     const double end = sneddon::is_tangent<TipShape>() ? std::min(limit, shape.end() * (1.0 - 1e-9)) : limit;
@@ -182,24 +193,29 @@ class TipTable {
                                           [](const Fitted& a, const Fitted& b) { return a.error < b.error; });
       if (!(worst->error > 1e-15)) break;
       const Fitted whole = *worst;
-      const double middle = 0.5 * (whole.from + whole.to);
+      const double middle = kept(0.5 * (whole.from + whole.to));
       std::move_backward(worst + 1, end, end + 1);
-      worst[0] = fitted(shape, whole.from, middle, whole.left, whole.middle, limit, scale);
-      worst[1] = fitted(shape, middle, whole.to, whole.middle, whole.right, limit, scale);
+      const Node between = node(shape, middle, limit);
+      worst[0] = fitted(shape, whole.from, middle, whole.left, between, limit, scale);
+      worst[1] = fitted(shape, middle, whole.to, between, whole.right, limit, scale);
       ++count;
     }
     count_ = count;
     for (std::size_t k = 0; k < count; ++k) {
-      edge_[k] = blocks[k].from;
-      node_[2 * k] = blocks[k].left;
-      node_[2 * k + 1] = blocks[k].middle;
+      edge_[k] = static_cast<float>(blocks[k].from);
+      node_[k] = blocks[k].left;
+      bend_[k] = blocks[k].bend;
     }
-    edge_[count] = blocks[count - 1].to;
-    node_[2 * count] = blocks[count - 1].right;
+    node_[count] = blocks[count - 1].right;
+    end_ = blocks[count - 1].to;
   }
+  /// An edge as it is kept: the block may begin a little before a break of the profile, or after it.
+  static double kept(double u) noexcept { return static_cast<float>(u); }
 
-  std::array<double, capacity + 1> edge_{};    // u at the ends of the blocks [m^(1/2)]
-  std::array<Node, 2 * capacity + 1> node_{};  // at the ends of the blocks and in their middles
+  std::array<float, capacity> edge_{};  // u where the blocks begin [m^(1/2)]
+  std::array<Bend, capacity> bend_{};
+  std::array<Node, capacity + 1> node_{};  // at the ends of the blocks
+  double end_ = 0.0;                       // u where the last one ends [m^(1/2)]
   std::size_t count_ = 0;
 };
 

@@ -22,10 +22,12 @@ def run(
     output: Annotated[Path | None, typer.Option("--output", "-o", help="File to write; default: print it.")] = None,
 ) -> None:
     """Write a model as a C++ or C header of constants, for a controller without file access, as C#, JSON or an FMU."""
+    from ..checks import one_of
     from ..errors import InputError
-    from ..export import fmu, header, identifier, model_source
+    from ..export import LANGUAGES, fmu, header, identifier, model_source
     from ..files import atomic_write
 
+    one_of("--language", language, (*LANGUAGES, "fmu"))
     check_outputs([output], [model])
     found = model_source(model)
     name = identifier(found.name) if name is None else name

@@ -131,8 +131,9 @@ def _library() -> dict[str, str]:
 
 
 def _place(path: Path, root: Path) -> str:
+    """So that the folder ``sources`` is the only one that a compiler has to be given."""
     in_c = path.parent == root / "bindings" / "c"
-    return path.name if in_c else path.resolve().relative_to(root.resolve()).as_posix()
+    return path.name if in_c else path.resolve().relative_to((root / "include").resolve()).as_posix()
 
 
 def _compiler(given: str | None) -> str:
@@ -162,7 +163,7 @@ def _compiled(files: dict[str, str], compiler: str) -> bytes:
 def _library_object(compiler: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         _write(_library(), folder)
-        _run([compiler, *_FLAGS, "-c", "-Iinclude", "needleforce.cpp"], folder)
+        _run([compiler, *_FLAGS, "-c", "-I.", "needleforce.cpp"], folder)
         return Path(folder, "made").read_bytes()
 
 
@@ -272,6 +273,6 @@ def _build(name: str) -> bytes:
     files = xml.SubElement(made, "SourceFileSet", {"language": "C++20", "compilerOptions": "-x c++"})
     for source in ("needleforce.cpp", "fmu.c"):
         xml.SubElement(files, "SourceFile", {"name": source})
-    xml.SubElement(files, "IncludeDirectory", {"name": "include"})
+    xml.SubElement(files, "IncludeDirectory", {"name": "."})
     xml.indent(root)
     return xml.tostring(root, encoding="utf-8", xml_declaration=True)

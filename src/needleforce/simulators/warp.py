@@ -68,7 +68,8 @@ def needle_force(real: Any = wp.float64) -> Any:
         return wp.min(wp.min(limit, dragged), wp.min(by_force, by_energy))
 
     @wp.func
-    def paper(p: wp.array2d(dtype=real), m: int, s: wp.array2d(dtype=real), i: int, z: real, travel: real):
+    def paper(p: wp.array2d(dtype=real), m: int, s: wp.array2d(dtype=real), i: int, z: real, travel: real,
+              before: real):  # fmt: skip
         top, puncture = p[m, 2], p[m, 3]
         per_length, stiffness, surface = p[m, 6], p[m, 7], p[m, 8]
         full, per_travel = p[m, 9], p[m, 10]
@@ -76,7 +77,7 @@ def needle_force(real: Any = wp.float64) -> Any:
         pressing = real(0.0)
         if s[i, 4] == real(0.0):
             if z > puncture:
-                h = wp.max(real(0.0), z - travel - top)  # of the step before
+                h = wp.max(real(0.0), before - top)  # nothing presses yet where the first step is behind the puncture
                 free = contact(h, p[m, 4], p[m, 5])
                 left = energy(h, p[m, 4], p[m, 5])
                 at = wp.min(wp.max(puncture, z - travel), z)
@@ -213,6 +214,7 @@ def needle_force(real: Any = wp.float64) -> Any:
         if not (dt > real(0.0) and dt <= real(1e9)):
             return real(0.0)
         elapsed = memory[needle, 2] + dt
+        before = wp.where(memory[needle, 0] > real(0.0), memory[needle, 1], real(-1e30))
         travel = wp.where(memory[needle, 0] > real(0.0), depth - memory[needle, 1], real(0.0))
         if not (wp.abs(depth) <= real(1.0) and wp.abs(travel) <= real(1.0 + 1e-9) * max_speed * elapsed):
             memory[needle, 2] = elapsed
@@ -225,7 +227,7 @@ def needle_force(real: Any = wp.float64) -> Any:
         memory[needle, 1] = depth
         memory[needle, 2] = real(0.0)
         if parameters[model, 0] == real(0.0):
-            return paper(parameters, model, memory, needle, depth, travel)
+            return paper(parameters, model, memory, needle, depth, travel, before)
         return layered(parameters, model, memory, needle, depth, travel, memory[needle, 3], elapsed)
 
     return step
@@ -310,7 +312,7 @@ class Needles:
         Returns
         -------
         warp.array
-            (n,), forces [N].
+            (n,), forces [N]: ``force``, which the next step writes over. Keep a copy, ``.numpy().copy()``.
         """
         if not isinstance(depths, wp.array):
             depths = wp.array(np.asarray(depths, dtype=float), dtype=self.real, device=self.device)
