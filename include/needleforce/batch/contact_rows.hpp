@@ -14,11 +14,12 @@ namespace needleforce::detail {
 
 class ContactRows {
  public:
-  static constexpr std::size_t most = 32;  // steps
-
-  /// Finds those of `width` members; slope and reach are asked for one step at a time.
-  PlainContacts find(const PlainTask& task, std::size_t width) noexcept {
-    if (!any_touches(task, width)) return {};
+  /// Finds those of `width` members in steps that end the task, all of them if none can touch; slope and
+  /// reach are asked for one step at a time.
+  PlainContacts find(PlainTask& task, std::size_t width, std::size_t steps) noexcept {
+    const bool all = all_pierced(task, width);
+    task.to = all && task.usual ? steps : std::min(steps, task.from + most);
+    if (all || !any_touches(task, width)) return {};
     force_.fill(0.0), slope_.fill(0.0), beyond_.fill(0.0);
     for (std::size_t k = 0; k < task.laws.layers.size(); ++k)
       for (std::size_t i = 0; i < width; ++i)
@@ -29,9 +30,17 @@ class ContactRows {
   }
 
  private:
+  static constexpr std::size_t most = 32;  // steps
+
   static std::size_t law_of(const PlainTask& task, std::size_t i) noexcept { return task.law + i; }
   static bool pierced(const PlainTask& task, std::size_t k, std::size_t i) noexcept {
     return task.columns.layers[k].pierced[task.at + i] > 0.0;
+  }
+  static bool all_pierced(const PlainTask& task, std::size_t width) noexcept {
+    for (const PlainColumns::InLayer& layer : task.columns.layers)
+      for (std::size_t i = 0; i < width; ++i)
+        if (!(layer.pierced[task.at + i] > 0.0)) return false;
+    return true;
   }
   static bool any_touches(const PlainTask& task, std::size_t width) noexcept {
     std::array<double, most_lanes> tops;

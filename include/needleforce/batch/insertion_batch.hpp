@@ -193,7 +193,6 @@ class InsertionBatch {
   /// steps.
   void run_lanes(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t at,
                  std::size_t width) noexcept {
-    constexpr std::size_t some = detail::ContactRows::most;
     const bool one = laws_.layers.size() == 1;
     const auto kernel = out.force_alone
                             ? (one ? detail::plain_steps<true, false> : detail::plain_steps<false, false>)
@@ -203,8 +202,7 @@ class InsertionBatch {
     detail::ContactRows rows;
     detail::PlainTask task{motion, out, limits, laws_, columns_, {}, at, law_of(at), 0, steps, may_be_usual};
     while (task.from < steps) {
-      task.to = std::min(steps, task.from + some);
-      task.contacts = rows.find(task, width);
+      task.contacts = rows.find(task, width, steps);
       const auto [reached, rare] = kernel(width, task);
       for (std::size_t i = 0; rare >> i; ++i)
         if (rare >> i & 1u) out.put(at + i, step_one(motion, at + i, reached - 1), reached - 1);
