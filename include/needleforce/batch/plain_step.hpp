@@ -173,7 +173,7 @@ template <std::size_t width, bool one, bool whole>
   raise(over, none + 1e-60);
   unsigned rare = 0;
   std::size_t t = task.from;
-  while (t < task.to && !rare) {
+  do {
     Number z, dt;
     read(z, task.motion.depths(t) + at);
     task.motion.same_dt ? void(dt = none + task.motion.dt[t]) : read(dt, task.motion.dt + at);
@@ -300,7 +300,7 @@ template <std::size_t width, bool one, bool whole>
     front = in ? cut : front;
     for (std::size_t k = 0; k < count; ++k) layers[k].traction = layers[k].strained;
     was_free = is_free;
-  }
+  } while (!whole && t < task.to && !rare);  // all numbers of one step, or the force of many
   write(&columns.depth[at], before);
   write(&columns.waited[at], waited);
   write(&columns.front[at], front);
