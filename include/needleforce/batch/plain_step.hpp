@@ -41,6 +41,8 @@ struct PlainReach {
 };
 
 #ifdef NEEDLEFORCE_LANES
+inline constexpr std::size_t rows_ahead = 4;
+
 /// A layer of `width` members.
 template <std::size_t width>
 struct PlainLayer {
@@ -176,6 +178,11 @@ template <std::size_t width, bool one, bool whole>
   do {
     Number z, dt;
     read(z, task.motion.depths(t) + at);
+    // a row of depths later stands far away, and a step is too long to see it coming
+    if (!whole && t + rows_ahead < task.to) {
+      __builtin_prefetch(task.motion.depths(t + rows_ahead) + at);
+      __builtin_prefetch(task.out.row(BatchRow::force, t + rows_ahead) + at, 1);
+    }
     task.motion.same_dt ? void(dt = none + task.motion.dt[t]) : read(dt, task.motion.dt + at);
     const Number travel = z - before, elapsed = waited + dt;
     Number distance = z, length = travel;
