@@ -14,12 +14,20 @@ namespace needleforce::detail {
 
 class ContactRows {
  public:
+  /// Finds those of `width` members in steps that end the task, all of them if none can touch; slope and
+  /// reach are asked for one step at a time.
+  [[gnu::always_inline]] PlainContacts find(PlainTask& task, std::size_t width, std::size_t steps) noexcept {
+    const bool all = all_pierced(task, width);
+    task.to = all && task.usual ? steps : std::min(steps, task.from + most);
+    return all || !any_touches(task, width) ? PlainContacts{} : found(task, width);
+  }
+
+ private:
   static constexpr std::size_t most = 32;  // steps
 
-  /// Finds those of `width` members; slope and reach are asked for one step at a time.
-  PlainContacts find(const PlainTask& task, std::size_t width) noexcept {
-    if (!any_touches(task, width)) return {};
-    force_.fill(0.0), slope_.fill(0.0), beyond_.fill(0.0);
+  [[gnu::noinline]] PlainContacts found(const PlainTask& task, std::size_t width) noexcept {
+    std::fill_n(force_.begin(), (task.to - task.from) * width, 0.0);
+    slope_.fill(0.0), beyond_.fill(0.0);
     for (std::size_t k = 0; k < task.laws.layers.size(); ++k)
       for (std::size_t i = 0; i < width; ++i)
         if (!pierced(task, k, i))
@@ -28,10 +36,15 @@ class ContactRows {
     return {force_.data(), slope_.data(), beyond_.data()};
   }
 
- private:
   static std::size_t law_of(const PlainTask& task, std::size_t i) noexcept { return task.law + i; }
   static bool pierced(const PlainTask& task, std::size_t k, std::size_t i) noexcept {
     return task.columns.layers[k].pierced[task.at + i] > 0.0;
+  }
+  static bool all_pierced(const PlainTask& task, std::size_t width) noexcept {
+    for (const PlainColumns::InLayer& layer : task.columns.layers)
+      for (std::size_t i = 0; i < width; ++i)
+        if (!(layer.pierced[task.at + i] > 0.0)) return false;
+    return true;
   }
   static bool any_touches(const PlainTask& task, std::size_t width) noexcept {
     std::array<double, most_lanes> tops;

@@ -53,20 +53,18 @@ class InsertionBatch {
   /// Whole motions of the members from..to: so many steps, of which `out` takes the force alone.
   void run(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t from,
            std::size_t to) noexcept {
-    for (std::size_t at = from; plain_ && at < to;) {
-      const std::size_t width = to - at < lanes_ ? 1 : lanes_;
-      run_lanes(motion, steps, out, at, width);
-      at += width;
-    }
-    for (std::size_t i = from; !plain_ && i < to; ++i)
+    if (plain_) return run_lanes(motion, steps, out, from, to);
+    for (std::size_t i = from; i < to; ++i)
       for (std::size_t t = 0; t < steps; ++t)
         out.put(
             i,
             prepared(i).step(states_[i], motion.depths(t)[i], motion.velocity_of(i, t), motion.dt_of(i, t)),
             t);
   }
-  /// Steps no more than so many members at a time, 1, 2, 4 or 8: with the same values, for comparisons.
-  void narrow(std::size_t lanes) noexcept { lanes_ = std::min(lanes_, lanes); }
+  /// Steps no more than so many members at a time, 1, 2 or 4: with the same values, for comparisons.
+  void narrow(std::size_t lanes) noexcept {
+    lanes_ = std::min(lanes_, std::size_t{lanes > 3 ? 4u : lanes > 1 ? 2u : 1u});
+  }
 
   /// Back to before the first contact.
   void reset(std::size_t i) noexcept { return_to(i, InsertionState{}); }
@@ -189,11 +187,10 @@ class InsertionBatch {
   }
   const PreparedInsertion& prepared(std::size_t i) const noexcept { return prepared_[same_ ? 0 : i]; }
 
-  /// Steps `width` members from `at` on. While one of them is not pierced, its contacts are found before its
+  /// Steps several members at a time. While one of them is not pierced, its contacts are found before its
   /// steps.
-  void run_lanes(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t at,
-                 std::size_t width) noexcept {
-    constexpr std::size_t some = detail::ContactRows::most;
+  void run_lanes(const BatchMove& motion, std::size_t steps, const BatchSamples& out, std::size_t from,
+                 std::size_t to) noexcept {
     const bool one = laws_.layers.size() == 1;
     const auto kernel = out.force_alone
                             ? (one ? detail::plain_steps<true, false> : detail::plain_steps<false, false>)
@@ -201,30 +198,36 @@ class InsertionBatch {
     const detail::PlainLimits limits = this->limits();
     const bool may_be_usual = one && out.force_alone && motion.same_dt && !motion.velocity;
     detail::ContactRows rows;
-    detail::PlainTask task{motion, out, limits, laws_, columns_, {}, at, law_of(at), 0, steps, may_be_usual};
-    while (task.from < steps) {
-      task.to = std::min(steps, task.from + some);
-      task.contacts = rows.find(task, width);
-      const auto [reached, rare] = kernel(width, task);
-      for (std::size_t i = 0; rare >> i; ++i)
-        if (rare >> i & 1u) out.put(at + i, step_one(motion, at + i, reached - 1), reached - 1);
-      task.usual = may_be_usual && reached == task.to;
-      task.from = reached;
+    detail::PlainTask task{motion, out, limits, laws_, columns_, {}, from, 0, 0, 0};
+    for (std::size_t width; task.at < to; task.at += width) {
+      width = to - task.at < lanes_ ? 1 : lanes_;
+      task.law = law_of(task.at), task.usual = may_be_usual;
+      for (task.from = 0; task.from < steps;) {
+        task.contacts = rows.find(task, width, steps);
+        const auto [reached, rare] = kernel(width, task);
+        if (rare) step_alone(task, reached - 1, rare);
+        task.usual = may_be_usual && reached == task.to;
+        task.from = reached;
+      }
     }
   }
   detail::PlainLimits limits() const noexcept {
     return {std::min(limits_.max_speed, fastest), limits_.velocity_slack, limits_.velocity_slack_ratio,
             lateral_ratio_};
   }
-  [[gnu::noinline]] Sample step_one(const BatchMove& motion, std::size_t i, std::size_t t) noexcept {
-    InsertionState remembered = state(i);
-    const auto stepped = [&](const PreparedInsertion& prepared) {
-      return prepared.step(remembered, motion.depths(t)[i], motion.velocity_of(i, t), motion.dt_of(i, t));
-    };
-    const Sample sample =
-        same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(layers_[i], limits_, bevel_));
-    columns_.remember(i, remembered);
-    return sample;
+  /// Steps the members of which `rare` has a bit.
+  [[gnu::noinline]] void step_alone(const detail::PlainTask& task, std::size_t t, unsigned rare) noexcept {
+    for (std::size_t i = task.at; rare; ++i, rare >>= 1) {
+      if (!(rare & 1u)) continue;
+      InsertionState remembered = state(i);
+      const auto stepped = [&](const PreparedInsertion& prepared) {
+        return prepared.step(remembered, task.motion.depths(t)[i], task.motion.velocity_of(i, t),
+                             task.motion.dt_of(i, t));
+      };
+      task.out.put(i, same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(layers_[i], limits_, bevel_)),
+                   t);
+      columns_.remember(i, remembered);
+    }
   }
 
   std::size_t size_;

@@ -41,6 +41,8 @@ struct PlainReach {
 };
 
 #ifdef NEEDLEFORCE_LANES
+inline constexpr std::size_t rows_ahead = 4;
+
 /// A layer of `width` members.
 template <std::size_t width>
 struct PlainLayer {
@@ -173,9 +175,14 @@ template <std::size_t width, bool one, bool whole>
   raise(over, none + 1e-60);
   unsigned rare = 0;
   std::size_t t = task.from;
-  while (t < task.to && !rare) {
+  do {
     Number z, dt;
     read(z, task.motion.depths(t) + at);
+    // a row of depths later stands far away, and a step is too long to see it coming
+    if (!whole && t + rows_ahead < task.to) {
+      __builtin_prefetch(task.motion.depths(t + rows_ahead) + at);
+      __builtin_prefetch(task.out.row(BatchRow::force, t + rows_ahead) + at, 1);
+    }
     task.motion.same_dt ? void(dt = none + task.motion.dt[t]) : read(dt, task.motion.dt + at);
     const Number travel = z - before, elapsed = waited + dt;
     Number distance = z, length = travel;
@@ -300,7 +307,7 @@ template <std::size_t width, bool one, bool whole>
     front = in ? cut : front;
     for (std::size_t k = 0; k < count; ++k) layers[k].traction = layers[k].strained;
     was_free = is_free;
-  }
+  } while (!whole && t < task.to && !rare);  // all numbers of one step, or the force of many
   write(&columns.depth[at], before);
   write(&columns.waited[at], waited);
   write(&columns.front[at], front);
