@@ -66,7 +66,7 @@ CASES = ("bad_numbers", "dragged", "paper", "physical")  # the others have laws 
 
 
 class Recorded(trace.Case):
-    """A case whose steps go through the engine and through Warp, both at depths that the precision holds."""
+    """A case whose steps go through the engine and through Warp, both at depths and times that the precision holds."""
 
     needles, real = None, wp.float64
 
@@ -76,7 +76,9 @@ class Recorded(trace.Case):
         return nf.Insertion(model, **{name: value for name, value in limits.items() if name != "hold_time"})
 
     def advance(self, depth, velocity, dt):
-        depth = float(np.float32(depth)) if self.real is wp.float32 else depth
+        if self.real is wp.float32:
+            with np.errstate(over="ignore", under="ignore"):
+                depth, dt = float(np.float32(depth)), float(np.float32(dt))
         force = float(self.warp.step([depth], dt).numpy()[0])
         self.rows.append((self.insertion.step(depth, None, dt).force, force))
 
