@@ -81,6 +81,13 @@ public struct Bent {
   public bool Buckled { get { return buckled != 0; } }
 }
 [StructLayout(LayoutKind.Sequential)]
+public struct BaseOutput {
+  public Base Force;              // [N], [N m] for the device, + opposes each coordinate
+  public double Energy, Reserve;  // [J] as of Output, along all coordinates
+  public Did Did;
+  public Bent Sample;             // of the tissue
+}
+[StructLayout(LayoutKind.Sequential)]
 public struct Section { public double End, Stiffness, Curvature; }  // [m] from the tip, EI [N m^2], [1/m] unloaded
 /// <summary>A layer across the needle: { "top", 0 }, { "modulus", 2e4 } ...; its form: linear, cubic, hyperbolic or tanh.</summary>
 public sealed class LateralLayer : Numbers {
@@ -141,24 +148,38 @@ public abstract class NativeObject : SafeHandle {
       throw new NeedleforceException(why.Message);
     }
   }
+}
+/// <summary>One that remembers what the needle did.</summary>
+public abstract class Remembering : NativeObject {
   internal delegate int Move(NativeObject self, byte[] bytes, UIntPtr size);
-  internal byte[] Saved(Func<UIntPtr> size, Move save) {
-    byte[] bytes = new byte[(int)(ulong)size()];
+  readonly Action<NativeObject> reset;
+  readonly Move save, restore;
+  readonly int bytesOfMemory;
+  internal Remembering(Func<UIntPtr> size, Action<NativeObject> reset, Func<UIntPtr> saved, Move save, Move restore) : base(size) {
+    this.reset = reset;
+    this.save = save;
+    this.restore = restore;
+    bytesOfMemory = (int)(ulong)saved();
+  }
+  /// <summary>Back to before the first contact.</summary>
+  public void Reset() { reset(this); }
+  public byte[] Snapshot() {
+    byte[] bytes = new byte[bytesOfMemory];
     save(this, bytes, (UIntPtr)(ulong)bytes.Length);
     return bytes;
   }
-  internal bool Taken(byte[] bytes, Move restore) {
-    return bytes != null && restore(this, bytes, (UIntPtr)(ulong)bytes.Length) != 0;
-  }
+  /// <summary>False, and nothing changes, for bytes of another version or model, or altered ones.</summary>
+  public bool Restore(byte[] bytes) { return bytes != null && restore(this, bytes, (UIntPtr)(ulong)bytes.Length) != 0; }
 }
 
 /// <summary>What a step takes where no velocity is measured: the change of depth.</summary>
 public static class No { public const double Velocity = double.MaxValue; }
 
 /// <summary>A needle going in and out of up to eight layers, from the surface down.</summary>
-public sealed class Insertion : NativeObject {
+public sealed class Insertion : Remembering {
   public Insertion(params Layer[] layers) : this(layers, Settings.Default) {}
-  public Insertion(Layer[] layers, Settings settings) : base(Native.nf_size) {
+  public Insertion(Layer[] layers, Settings settings)
+    : base(Native.nf_size, Native.nf_reset, Native.nf_snapshot_size, Native.nf_snapshot, Native.nf_restore) {
     Make((IntPtr memory, Arena arena, out Fault why) => Native.nf_init_v2(
       memory, Native.nf_size(), arena.Layers(layers), Arena.Count(layers), ref settings, out why));
   }
@@ -168,16 +189,12 @@ public sealed class Insertion : NativeObject {
     Native.nf_step_v2(this, depth, velocity, dt, out sample);
     return sample;
   }
-  /// <summary>Back to before the first contact.</summary>
-  public void Reset() { Native.nf_reset(this); }
-  public byte[] Snapshot() { return Saved(Native.nf_snapshot_size, Native.nf_snapshot); }
-  /// <summary>False, and nothing changes, for bytes of another version or model, or altered ones.</summary>
-  public bool Restore(byte[] bytes) { return Taken(bytes, Native.nf_restore); }
 }
 
 /// <summary>The same in a solid that was condensed onto the path, as Tissue.condense of the Python package gives it.</summary>
-public sealed class Solid : NativeObject {
-  public Solid(Layer[] layers, Settings settings, double spacing, double[] compliance) : base(Native.nf_solid_size) {
+public sealed class Solid : Remembering {
+  public Solid(Layer[] layers, Settings settings, double spacing, double[] compliance)
+    : base(Native.nf_solid_size, Native.nf_solid_reset, Native.nf_solid_snapshot_size, Native.nf_solid_snapshot, Native.nf_solid_restore) {
     ulong nodes = (ulong)Math.Round(Math.Sqrt(compliance.Length));
     if (nodes * nodes != (ulong)compliance.Length)
       throw new NeedleforceException("compliance has " + compliance.Length + " numbers, no square: give nodes x nodes, row by row.");
@@ -192,18 +209,17 @@ public sealed class Solid : NativeObject {
   public double Tip { get { return Native.nf_solid_tip(this); } }  // [m] along the path, in the undeformed tissue
   public double[] Forces() { return Native.Filled(this, Native.nf_solid_forces, 1); }                // [N] at the nodes
   public double[] Displacements() { return Native.Filled(this, Native.nf_solid_displacements, 1); }  // [m]
-  public void Reset() { Native.nf_solid_reset(this); }
-  public byte[] Snapshot() { return Saved(Native.nf_solid_snapshot_size, Native.nf_solid_snapshot); }
-  public bool Restore(byte[] bytes) { return Taken(bytes, Native.nf_solid_restore); }
 }
 
 /// <summary>A needle that bends: motion of its base in; tip, shape and forces out. `axial` is copied.</summary>
-public sealed class FlexibleInsertion : NativeObject {
-  public FlexibleInsertion(Insertion axial, Bending bending) : base(Native.nf_bend_size) {
+public sealed class FlexibleInsertion : Remembering {
+  public FlexibleInsertion(Insertion axial, Bending bending)
+    : base(Native.nf_bend_size, Native.nf_bend_reset, Native.nf_bend_snapshot_size, Native.nf_bend_snapshot, Native.nf_bend_restore) {
     Make((IntPtr memory, Arena arena, out Fault why) => Native.nf_bend_init_v2(
       memory, Native.nf_bend_size(), axial, arena.Bending(bending), out why));
   }
-  public FlexibleInsertion(Solid axial, Bending bending) : base(Native.nf_bend_size) {
+  public FlexibleInsertion(Solid axial, Bending bending)
+    : base(Native.nf_bend_size, Native.nf_bend_reset, Native.nf_bend_snapshot_size, Native.nf_bend_snapshot, Native.nf_bend_restore) {
     Make((IntPtr memory, Arena arena, out Fault why) => Native.nf_bend_init_in_solid_v2(
       memory, Native.nf_bend_size(), axial, arena.Bending(bending), out why));
   }
@@ -214,25 +230,27 @@ public sealed class FlexibleInsertion : NativeObject {
   }
   /// <summary>x, y, z of each point from the base to the tip [m].</summary>
   public double[] Shape() { return Native.Filled(this, Native.nf_bend_shape, 3); }
-  public void Reset() { Native.nf_bend_reset(this); }
-  public byte[] Snapshot() { return Saved(Native.nf_bend_snapshot_size, Native.nf_bend_snapshot); }
-  public bool Restore(byte[] bytes) { return Taken(bytes, Native.nf_bend_restore); }
 }
 
-/// <summary>Between an insertion and a device: limits by name, such as max_force, stale_after, fall_time; those left out are off.</summary>
-public sealed class Guard : NativeObject {
-  readonly Insertion insertion;  // is stepped by the guard, and lives as long
+/// <summary>Between a needle and a device: limits by name, such as max_force, stale_after, fall_time; those left out are off.</summary>
+public abstract class AnyGuard : NativeObject {
+  internal delegate IntPtr Around(IntPtr memory, UIntPtr size, NativeObject needle, IntPtr limits, UIntPtr count, out Fault why);
+  readonly NativeObject needle;  // is stepped by the guard, and lives as long
   readonly bool held;
-  public Guard(Insertion insertion, Numbers limits) : base(Native.nf_guard_size) {
-    insertion.DangerousAddRef(ref held);
-    this.insertion = insertion;
-    Make((IntPtr memory, Arena arena, out Fault why) => Native.nf_guard_init_v2(
-      memory, Native.nf_guard_size(), insertion, arena.List(limits), (UIntPtr)(ulong)limits.Given.Count, out why));
+  internal AnyGuard(Func<UIntPtr> size, NativeObject needle, Numbers limits, Around init) : base(size) {
+    needle.DangerousAddRef(ref held);
+    this.needle = needle;
+    Make((IntPtr memory, Arena arena, out Fault why) => init(
+      memory, size(), needle, arena.List(limits), (UIntPtr)(ulong)limits.Given.Count, out why));
   }
   protected override bool ReleaseHandle() {
-    if (held) insertion.DangerousRelease();
+    if (held) needle.DangerousRelease();
     return base.ReleaseHandle();
   }
+}
+public sealed class Guard : AnyGuard {
+  public Guard(Insertion insertion, Numbers limits) : base(Native.nf_guard_size, insertion, limits, Native.nf_guard_init_v2) {}
+  public Guard(Solid solid, Numbers limits) : base(Native.nf_guard_size, solid, limits, Native.nf_guard_init_in_solid_v2) {}
   public Output Step(double depth, double velocity, double dt) {
     Output output;
     Native.nf_guard_step_v2(this, depth, velocity, dt, out output);
@@ -245,6 +263,22 @@ public sealed class Guard : NativeObject {
     return output;
   }
   public void Reset() { Native.nf_guard_reset(this); }
+}
+/// <summary>The same around a needle that bends: one account of energy for all coordinates of its base.</summary>
+public sealed class BaseGuard : AnyGuard {
+  public BaseGuard(FlexibleInsertion needle, Numbers limits) : base(Native.nf_base_guard_size, needle, limits, Native.nf_base_guard_init_v2) {}
+  public BaseOutput Step(Base at, double dt) {
+    BaseOutput output;
+    Native.nf_base_guard_step_v2(this, ref at, dt, out output);
+    return output;
+  }
+  /// <summary>A cycle without a measurement.</summary>
+  public BaseOutput Miss(double dt) {
+    BaseOutput output;
+    Native.nf_base_guard_miss_v2(this, dt, out output);
+    return output;
+  }
+  public void Reset() { Native.nf_base_guard_reset(this); }
 }
 
 [StructLayout(LayoutKind.Sequential)]
@@ -384,9 +418,15 @@ static class Native {
   [DllImport(C)] internal static extern int nf_bend_restore(NativeObject self, byte[] bytes, UIntPtr size);
   [DllImport(C)] internal static extern UIntPtr nf_guard_size();
   [DllImport(C)] internal static extern IntPtr nf_guard_init_v2(IntPtr memory, UIntPtr size, NativeObject insertion, IntPtr settings, UIntPtr count, out Fault why);
+  [DllImport(C)] internal static extern IntPtr nf_guard_init_in_solid_v2(IntPtr memory, UIntPtr size, NativeObject solid, IntPtr settings, UIntPtr count, out Fault why);
   [DllImport(C)] internal static extern void nf_guard_step_v2(NativeObject self, double depth, double velocity, double dt, out Output output);
   [DllImport(C)] internal static extern void nf_guard_miss_v2(NativeObject self, double dt, out Output output);
   [DllImport(C)] internal static extern void nf_guard_reset(NativeObject self);
+  [DllImport(C)] internal static extern UIntPtr nf_base_guard_size();
+  [DllImport(C)] internal static extern IntPtr nf_base_guard_init_v2(IntPtr memory, UIntPtr size, NativeObject needle, IntPtr settings, UIntPtr count, out Fault why);
+  [DllImport(C)] internal static extern void nf_base_guard_step_v2(NativeObject self, ref Base at, double dt, out BaseOutput output);
+  [DllImport(C)] internal static extern void nf_base_guard_miss_v2(NativeObject self, double dt, out BaseOutput output);
+  [DllImport(C)] internal static extern void nf_base_guard_reset(NativeObject self);
 
   internal delegate UIntPtr Fill(NativeObject self, double[] numbers, UIntPtr count);
   /// <summary>As many rows of `width` numbers as the function reports.</summary>

@@ -166,16 +166,16 @@ class Case:
         self.write(*(getattr(sample, part) for part in PARTS), *(int(event) for event in events))
 
 
-def traced(path: Path, kind: type[Case] = Case) -> list[str]:
-    """The lines of a case."""
+def traced(path: Path, kind: type[Case] = Case) -> Case:
+    """A case after its motion."""
     case = kind()
     for line in path.read_text(encoding="utf-8").splitlines():
         what, *words = line.split() or ["#"]
         if not what.startswith("#") and not case.describe(what, words):
             case.move(what, words)
-    return case.lines
+    return case
 
 
 if __name__ == "__main__":
     for path in sys.argv[1:]:
-        print("\n".join([f"case {path}", *traced(Path(path))]))
+        print("\n".join([f"case {path}", *traced(Path(path)).lines]))

@@ -157,7 +157,7 @@ def test_what_is_refused_is_named_and_changes_nothing(slave):
         (lambda: one.setFloat64([FORCE], [1.0]), "not one that is set"),
         (lambda: one.getFloat64([7777]), "none of this type"),
         (lambda: one.doStep(currentCommunicationPoint=0.0, communicationStepSize=0.0), "not above 0"),
-        (lambda: one.doStep(currentCommunicationPoint=5.0, communicationStepSize=DT), "not the time"),
+        (lambda: one.doStep(currentCommunicationPoint=5.0, communicationStepSize=DT), "Step on from its time"),
         (one.enterEventMode, "nothing of that kind"),
     ):
         with pytest.raises(Exception, match="fmi3"):

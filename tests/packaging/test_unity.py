@@ -61,6 +61,8 @@ def test_a_program_of_dotnet_has_the_force_of_that_in_c(root, program, where):
 def test_a_step_is_guarded_and_allocates_nothing(lines):
     # 18.6 N/m * 8 mm + 0.0776 N, more than the limit; after 5 ms held and 20 ms falling nothing
     assert lines[:2] == ["guarded 0.15 Clamped of 0.2264", "missed 0 Stale"]
+    # a needle that is not bent carries the same along itself, and nothing across
+    assert lines[3:6] == ["base 0.15 0 Clamped of 0.2264", "base missed 0 Stale", "base reset 0 Rejected"]
     assert "nan 0 NotFinite" in lines and "collections 0" in lines
     assert lines[2].startswith("ObjectDisposedException: ")
 
@@ -72,6 +74,7 @@ def test_the_component_pushes_its_body_back(lines):
 def test_what_is_refused_is_named(lines):
     refused = [line.split(": ", 1)[1] for line in lines if line.startswith("NeedleforceException: ")]
     expected = [
+        "layer 1, guard max_torque (1) is no parameter of it",
         "layer 2, coulomb per_length (-1) is outside its range: 0 to 100000",
         "layer 1, conus stiffness (0) is of no known name",
         "layer 1, layers count (0) is outside its range: 1 to 8",

@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """The environments follow Gymnasium's rules, seeds decide everything, and a script succeeds where chance does not."""
 
+import shutil
+import subprocess
+import sys
 import warnings
 
 import gymnasium
@@ -10,6 +13,7 @@ from gymnasium.utils.env_checker import check_env
 from gymnasium.vector import AutoresetMode
 
 import needleforce as nf
+from needleforce.campaign import campaign
 from needleforce.simulators.environments import MAX_STEPS, NeedleEnv, NeedleVectorEnv
 from needleforce.simulators.policies import policy, successes
 
@@ -81,6 +85,10 @@ def test_after_the_end_and_other_input_that_is_refused():
         (lambda: NeedleVectorEnv(num_envs=2).step(np.zeros(2)), r"not \(2, 1\)"),
         (lambda: NeedleVectorEnv(num_envs=2).step(np.full((2, 1), np.nan)), "outside -1 to 1"),
         (lambda: NeedleVectorEnv(num_envs=2).reset(options={"reset_mask": np.ones(3, bool)}), "reset_mask"),
+        (lambda: NeedleVectorEnv(num_envs=2).reset(options={"reset_mask": np.ones(2, int)}), "is int64 .*boolean"),
+        (lambda: NeedleVectorEnv(num_envs=2).reset(seed=[1]), "1 numbers, not 2"),
+        (lambda: NeedleVectorEnv(num_envs=2).reset(seed="a"), "seed"),
+        (lambda: NeedleVectorEnv(num_envs=-1), "num_envs"),
         (lambda: NeedleEnv(render_mode="human"), "nothing is drawn"),
     ):
         with pytest.raises(nf.InputError, match=words):
@@ -94,15 +102,39 @@ def test_a_script_succeeds_where_chance_does_not(task):
     assert share["scripted"][1] > share["random"][1]
 
 
-def test_no_needles_and_models_of_fits(tmp_path):
+def test_no_needles():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         none = NeedleVectorEnv("insert", 0)
     assert none.reset(seed=1)[0].shape == (0, 6) and none.step(np.zeros((0, 1)))[1].shape == (0,)
-    path = tmp_path / "mine.toml"
-    shipped = nf.preset("paper")
-    many = NeedleVectorEnv("insert", 50, models=[shipped, "stribeck"])
+
+
+def test_models_of_fits_and_campaigns(root, tmp_path):
+    """As a user has them: the JSON of identify, and of a campaign whose conditions are tissues."""
+    recording = root / "examples" / "insertion.csv"
+    for name in ("gel_1", "gel_2", "liver_1"):
+        shutil.copy(recording, tmp_path / f"{name}.csv")
+    fit, done = tmp_path / "fit.json", tmp_path / "campaign.json"
+    fit.write_text(nf.identify(nf.read(recording), needle="paper").to_json())
+    found = campaign(tmp_path.glob("*.csv"), pattern="{tissue}_{repeat}", needle="paper", jobs=1)
+    done.write_text(found.to_json())
+    many = NeedleVectorEnv("find", 50, models=[nf.preset("stribeck"), fit, str(done)])
     many.reset(seed=1)
-    assert {model.name for model in many.batch.models} == {shipped.name, nf.preset("stribeck").name}
-    with pytest.raises(nf.InputError, match=r"mine\.toml"):
-        NeedleVectorEnv(models=[str(path)])
+    expected = [nf.preset("stribeck"), nf.preset(fit), *(each.model for each in found.conditions)]
+    assert [tissue.model.layers for tissue in many.tissues] == [model.layers for model in expected]
+    assert len(expected) == 4 and set(many.batch.models) == {tissue.model for tissue in many.tissues}
+    assert successes(many, policy("scripted", "find", 50), 3)[0] > 0.9
+    (tmp_path / "mine.json").write_text('{"conditions": [{"preset": null}]}')
+    for wrong, words in (("mine.toml", r"mine\.toml"), ("mine.json", r"mine\.json: campaign.*no condition has")):
+        with pytest.raises(nf.InputError, match=words):
+            NeedleVectorEnv(models=str(tmp_path / wrong))
+
+
+NEEDED = (("environments", "gymnasium", "gym"), ("warp", "warp", "warp"))
+
+
+@pytest.mark.parametrize(("module", "missing", "extra"), NEEDED)
+def test_a_host_that_is_not_installed_is_named(module, missing, extra):
+    program = f"import sys\nsys.modules[{missing!r}] = None\nimport needleforce.simulators.{module}"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.returncode == 1 and f'pip install "needleforce[{extra}]"' in done.stderr

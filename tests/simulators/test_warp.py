@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from case_rows import rigid, trace
 
 import needleforce as nf
 
@@ -59,6 +60,47 @@ def test_it_has_the_forces_of_the_engine(needles, name, real, tolerance):
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=tolerance * np.abs(expected).max())
     many.reset()
     assert np.all(many.step(depths[0], DT).numpy() == found[0])
+
+
+CASES = ("bad_numbers", "dragged", "paper", "physical")  # the others have laws that Warp has not
+
+
+class Recorded(trace.Case):
+    """A case whose steps go through the engine and through Warp, both at depths and times that the precision holds."""
+
+    needles, real = None, wp.float64
+
+    def engine(self, model, limits, bevel):
+        self.model, self.rows = model, []
+        self.warp = self.needles(model, 1, real=self.real, max_speed=limits.get("max_speed", 1.0))
+        return nf.Insertion(model, **{name: value for name, value in limits.items() if name != "hold_time"})
+
+    def advance(self, depth, velocity, dt):
+        if self.real is wp.float32:
+            with np.errstate(over="ignore", under="ignore"):
+                depth, dt = float(np.float32(depth)), float(np.float32(dt))
+        force = float(self.warp.step([depth], dt).numpy()[0])
+        self.rows.append((self.insertion.step(depth, None, dt).force, force))
+
+
+@pytest.mark.parametrize("real, tolerance", [(wp.float64, 1e-9), (wp.float32, 1e-5)], ids=["float64", "float32"])
+def test_the_cases_of_the_conformance_set(needles, real, tolerance):
+    for path in rigid():
+        if path.stem in CASES:
+            case = trace.traced(path, type("Case", (Recorded,), {"needles": needles, "real": real}))
+            rows = np.array(case.rows)
+            error = np.abs(rows[:, 0] - rows[:, 1])
+            assert len(rows) > 300 and error.max() <= tolerance * np.abs(rows).max(), path.stem
+
+
+def test_a_first_step_behind_the_puncture_frees_nothing(needles):
+    first, trembling = np.linspace(0.0, 12e-3, N), 8e-6 * np.sin(np.arange(200))
+    motion = np.concatenate([np.zeros(20), trembling, 3e-5 * np.arange(200)])
+    for model in (nf.preset("paper"), nf.preset("physical"), nf.preset("layered")):
+        depths, many = first + motion[:, None], needles(model, N)
+        found = np.array([many.step(row, DT).numpy().copy() for row in depths])
+        expected = nf.InsertionBatch(model, N).run(depths, DT)
+        np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
 
 
 def test_a_model_for_each_and_what_is_refused(needles):

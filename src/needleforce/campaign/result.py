@@ -15,6 +15,7 @@ from ..display.result import Result
 from ..errors import InputError
 from ..files import atomic_write, csv_text, open_regular
 from ..identification.estimates import Estimate, Quality
+from ..identification.export import preset_document
 from ..models.model import Model
 from ..recording.formats.parquet import pyarrow_for
 from .labels import COLUMNS
@@ -283,6 +284,7 @@ def _condition_document(condition: Condition) -> dict:
         "quality": None if condition.quality is None else dataclasses.asdict(condition.quality),
         "warnings": list(condition.warnings),
         "recordings": [_recording_document(each) for each in condition.recordings],
+        "preset": preset_document(condition.model),
     }
 
 

@@ -195,9 +195,10 @@ API Status fmi3DoStep(Fmu* fmu, double at, double dt, bool no_earlier, bool* eve
     return fault(fmu, ERROR, "fmi3DoStep: not initialized, or terminated. Call fmi3Reset and initialize.");
   if (!(fabs(at - now->time) <= 1e-9 * (1.0 + fabs(now->time))))
     return fault(fmu, DISCARD,
-                 "currentCommunicationPoint = %.17g s: %s the time of this FMU, %.17g s. To go back, "
-                 "restore a state of that time with fmi3SetFMUState; nothing was changed.",
-                 at, at < now->time ? "before" : "not", now->time);
+                 "currentCommunicationPoint = %.17g s: %s the time of this FMU, %.17g s. %s; nothing was changed.",
+                 at, at < now->time ? "before" : "not", now->time,
+                 at < now->time ? "To go back, restore a state of that time with fmi3SetFMUState"
+                                : "Step on from its time");
   if (!(dt > 0.0) || !isfinite(dt))
     return fault(fmu, DISCARD,
                  "communicationStepSize = %g s: not above 0. Time goes forwards; nothing was changed.", dt);

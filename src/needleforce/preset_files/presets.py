@@ -17,6 +17,7 @@ from ..models.named_models import NAMED_MODELS, names_of
 
 FOLDER = Path(__file__).parents[1] / "presets"
 FIT_KEYS = {"recordings", "parameters", "model"}
+_AGAIN = "See why in its table; a campaign of an older version is done again with --json."
 _NEXT_STEP = "Identify again with --json, or give the preset that --save wrote."
 
 
@@ -50,6 +51,39 @@ def preset(source: Model | str | os.PathLike) -> Model:
         With the path inside the file, if a name or key is unknown, the reference is missing, or a value is invalid.
     """
     return source if isinstance(source, Model) else model_source(source).model
+
+
+def models_of(source: Model | str | os.PathLike) -> tuple[Model, ...]:
+    """The models of a campaign that ``needleforce campaign --json`` wrote, one of each condition; of anything else that
+    of ``preset``.
+
+    Parameters
+    ----------
+    source : Model, str or path
+        As of ``preset``, or path of a campaign.
+
+    Returns
+    -------
+    tuple of Model
+
+    Raises
+    ------
+    InputError
+        As of ``preset``, and if no condition of the campaign has a model.
+    """
+    if isinstance(source, Model) or Path(source).suffix.lower() != ".json":
+        return (preset(source),)
+    path = Path(source)
+    conditions = _json(path).get("conditions")
+    if not (isinstance(conditions, list) and all(isinstance(each, dict) for each in conditions)):
+        return (preset(source),)
+    found = [each["preset"] for each in conditions if isinstance(each.get("preset"), dict)]
+    if not found:
+        raise InputError("campaign", "without a model", "no condition has a complete one", path.name, _AGAIN)
+    try:
+        return tuple(map(preset_of, found))
+    except InputError as error:
+        raise error.at(path.name) from None
 
 
 def needle_of(source: core.Needle | Model | str | os.PathLike) -> core.Needle:
@@ -208,13 +242,18 @@ def model_source(name_or_path: str | os.PathLike) -> ModelSource:
         raise _no_fit(path) from None
 
 
-def _read(path: Path) -> dict:
+def _json(path: Path) -> dict:
     text = read_text(path, "fit", MAX_RESULT_BYTES)
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError("fit", "not JSON", str(error), path.name, _NEXT_STEP) from None
-    if not (isinstance(document, dict) and FIT_KEYS <= set(document) and isinstance(document["recordings"], list)):
+    return document if isinstance(document, dict) else {}
+
+
+def _read(path: Path) -> dict:
+    document = _json(path)
+    if not (FIT_KEYS <= set(document) and isinstance(document["recordings"], list)):
         raise _no_fit(path)
     if not all(map(_is_recording, document["recordings"])):
         raise _no_fit(path)

@@ -2,15 +2,16 @@
 """Environments for Gymnasium on ``InsertionBatch``: many needles at once, and a single one through the same code."""
 
 from collections.abc import Sequence
+from os import PathLike
 from typing import Any
 
 import numpy as np
 
-from ..checks import not_below_zero, one_of
+from ..checks import not_below_zero, one_of, random_seed
 from ..errors import InputError
 from ..models.insertion_batch import InsertionBatch
 from ..models.model import Model
-from ..preset_files.presets import preset
+from ..preset_files.presets import models_of
 from .tasks import DEEPEST, STILL, TASKS, KnownTissue
 
 try:
@@ -41,7 +42,8 @@ class NeedleVectorEnv(gym.vector.VectorEnv):
     num_envs : int
         How many.
     models : sequence of Model, str or path, optional
-        One is drawn for each episode: presets, preset files, JSON of fits, as of a campaign. Default: some presets.
+        One is drawn for each episode: presets, preset files, JSON of a fit, or of a campaign: all of its conditions.
+        Default: those of the task.
     force_noise : float
         Standard deviation of the measured force [N].
     autoreset_mode : gymnasium.vector.AutoresetMode
@@ -67,10 +69,12 @@ class NeedleVectorEnv(gym.vector.VectorEnv):
     ):
         one_of("task", task, TASKS)
         self.task, self.force_noise = TASKS[task](), not_below_zero("force_noise", force_noise, "N")
-        given = [models] if isinstance(models, str | Model) else list(self.task.models if models is None else models)
+        not_below_zero("num_envs", num_envs)
+        given = [models] if isinstance(models, str | PathLike | Model) else models
+        given = list(self.task.models if given is None else given)
         if not given:
             raise InputError("models", "[]", "none", next_step="Give at least one model, or leave it out.")
-        self.tissues = [KnownTissue(preset(model)) for model in given]
+        self.tissues = [KnownTissue(model) for source in given for model in models_of(source)]
         self.num_envs, self.autoreset_mode = num_envs, AutoresetMode(autoreset_mode)
         self.metadata = {"autoreset_mode": self.autoreset_mode, "render_modes": []}
         self.single_action_space = gym.spaces.Box(-1.0, 1.0, (1,), np.float32)
@@ -102,11 +106,14 @@ class NeedleVectorEnv(gym.vector.VectorEnv):
         """
         if seed is not None:
             super().reset(seed=seed if isinstance(seed, int | np.integer) else None)
-            seeds = seed + np.arange(self.num_envs) if np.ndim(seed) == 0 else seed
+            seeds = random_seed(seed) + np.arange(self.num_envs) if np.ndim(seed) == 0 else seed
+            if len(seeds) != self.num_envs:
+                raise InputError("seed", f"{len(seeds)} numbers", f"not {self.num_envs}", next_step="Give one number.")
             self._randoms = [np.random.default_rng(None if each is None else int(each)) for each in seeds]
         mask = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=bool))
         if np.shape(mask) != (self.num_envs,) or np.asarray(mask).dtype != bool:
-            raise InputError("reset_mask", repr(np.shape(mask)), f"not a boolean array ({self.num_envs},)")
+            limit = f"not a boolean array ({self.num_envs},)"
+            raise InputError("reset_mask", f"{np.asarray(mask).dtype} {np.shape(mask)}", limit)
         self._begin(mask)
         return self._observations(), {}
 

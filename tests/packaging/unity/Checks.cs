@@ -35,9 +35,27 @@ static class Checks {
     guard.Dispose();
     Refused(() => guard.Step(0, 0, 1e-3));
   }
+  static void GuardedBase() {
+    Bending straight = new Bending {
+      Layers = new[] { new LateralLayer { { "top", 0 }, { "modulus", 2e4 } } }, Sections = new[] { new Section { Stiffness = 0.02 } },
+      Lengths = new Numbers { { "needle_length", 0.15 } },
+    };
+    FlexibleInsertion needle = new FlexibleInsertion(new Insertion(Layer(18.6)), straight);
+    BaseGuard guard = new BaseGuard(needle, new Numbers { { "max_force", 0.15 }, { "stale_after", 5e-3 }, { "fall_time", 20e-3 } });
+    needle.Dispose();
+    BaseOutput output = default(BaseOutput);
+    for (int i = 1; i <= 4000; ++i) output = guard.Step(new Base { Depth = 2e-6 * i, Roll = 0.1 }, 1e-3);
+    Console.WriteLine("base {0} {1} {2} of {3:F4}", output.Force.Depth, output.Force.LateralX, output.Did, output.Sample.Force);
+    for (int i = 0; i < 25; ++i) output = guard.Miss(1e-3);
+    Console.WriteLine("base missed {0} {1}", output.Force.Depth, output.Did);
+    guard.Reset();
+    Console.WriteLine("base reset {0} {1}", guard.Step(default(Base), 1e-3).Force.Depth, guard.Step(new Base { Depth = double.NaN }, 1e-3).Did);
+    Refused(() => new BaseGuard(new FlexibleInsertion(new Insertion(Layer(18.6)), straight), new Numbers { { "max_torque", 1.0 } }));
+  }
   static void Main() {
     CultureInfo.CurrentCulture = CultureInfo.InvariantCulture;
     Guarded(new Insertion(Layer(18.6)));
+    GuardedBase();
     Insertion insertion = new Insertion(Layer(18.6));
     insertion.Step(1e-3, No.Velocity, 1e-3);
     Sample odd = insertion.Step(double.NaN, No.Velocity, 1e-3);
