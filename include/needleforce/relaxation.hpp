@@ -142,8 +142,8 @@ struct BasicElement {
     return force;
   }
 
-  [[gnu::always_inline]] Real relax(Real wanted, Real low, Real high,
-                                    const BasicRelaxing<Real>& relaxing) noexcept {
+  [[gnu::noinline]] Real relax(Real wanted, Real low, Real high,
+                               const BasicRelaxing<Real>& relaxing) noexcept {
     Real standing = relaxing.lasting * elastic, per_load = relaxing.lasting;
     for (int j = 0; j < 2; ++j) {
       standing += memory[j] * relaxing.left[j];
