@@ -252,7 +252,8 @@ class BasicPreparedInsertion {
     for (std::size_t i = count; i-- > 0;) {
       const Real root =
           plain ? std::numeric_limits<double>::infinity() : state.layers[roots_[i]].shaft.surface;
-      if (!plain && (fresh >> i & 1u)) since = since_puncture(state, move, i);
+      if constexpr (!plain)
+        if (fresh >> i & 1u) since = since_puncture(state, move, i);
       const Motion& own = !plain && (fresh >> i & 1u) ? since : move;
       const Real last_surface = state.layers[i].shaft.surface;
       shafts +=
