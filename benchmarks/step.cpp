@@ -161,6 +161,12 @@ void keeping(double nothing) {
     own = own.snapshot();
     return z + static_cast<double>(own.pierced_layers());
   });
+  row("memory and back, a copy", [](Insertion& own, double z) {
+    const Insertion::State kept = own.state();
+    asm volatile("" : : "r"(&kept) : "memory");
+    own.return_to(kept);
+    return z + static_cast<double>(own.pierced_layers());
+  });
   row("save and restore", [](Insertion& own, double z) { return z + own.restore(own.save()); });
 }
 

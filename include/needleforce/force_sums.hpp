@@ -2,7 +2,8 @@
 // What a step adds up over its layers: contacts that push the tip, and friction along the shaft.
 #pragma once
 
-#include "scalar.hpp"
+#include "memory.hpp"
+#include "sample.hpp"
 
 namespace needleforce {
 
@@ -36,5 +37,25 @@ struct BasicDragged {
     hold |= other.hold;
   }
 };
+
+/// Their sum with that of the tip. At the next interface the force is the larger of cut and contact: they
+/// share one tip.
+template <class Real, class Motion>
+[[gnu::always_inline]] inline BasicSample<Real> summed(const Motion& move, const BasicPressed<Real>& contacts,
+                                                       const BasicDragged<Real>& shafts,
+                                                       const BasicTipForce<Real>& tip) noexcept {
+  const bool pushes = contacts.force > tip.force;
+  const Real stiffness = pushes ? contacts.force - tip.force : 0.0;
+  return {.depth = value_of(move.depth),
+          .velocity = move.velocity,
+          .force = stiffness + shafts.force + tip.force,
+          .stiffness = stiffness,
+          .friction = shafts.force,
+          .cutting = tip.force,
+          .force_by_depth = shafts.by_depth + (pushes ? contacts.slope : value_of(tip.by_depth)),
+          .force_by_velocity = shafts.by_velocity,
+          .status = contacts.beyond ? Status::outside_range : Status::ok,
+          .punctured = contacts.punctured};
+}
 
 }  // namespace needleforce

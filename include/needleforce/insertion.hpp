@@ -107,7 +107,7 @@ class Insertion {
 
 static_assert(std::is_trivially_copyable_v<Insertion>);
 // a copy within the first-level cache, with another one next to it
-static_assert(sizeof(Insertion) <= 7 * 1024);
+static_assert(sizeof(Insertion) <= 6500);
 static_assert(noexcept(std::declval<Insertion&>().step(0.0, 0.0, 0.0)));
 
 }  // namespace needleforce

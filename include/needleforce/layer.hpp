@@ -331,8 +331,13 @@ class BasicPreparedLayer {
   [[gnu::always_inline]] void press(const Contact& law, BasicLayerState<Real>& state, const Motion& move,
                                     Real indentation) const noexcept {
     const Real before = state.contact_force;
-    const Real instant = law.force(indentation);
-    state.contact_slope = law.slope(indentation);
+    Real instant;
+    if constexpr (requires { law.at(indentation); }) {
+      const auto [force, slope] = law.at(indentation);
+      instant = force, state.contact_slope = slope;
+    } else {
+      instant = law.force(indentation), state.contact_slope = law.slope(indentation);
+    }
     state.indentation = indentation;
     state.contact_force = instant;
     if (elastic || !relaxes_) return;

@@ -2,7 +2,6 @@
 // An insertion without its memory: layers that are prepared once, and one cycle through them.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -48,8 +47,9 @@ class BasicPreparedInsertion {
     for (std::size_t i = 0; i < layers.size(); ++i) layers_[i] = BasicPreparedLayer<Real>(numbers[i], tip_);
     for (std::size_t i = 1; i < layers.size(); ++i) {
       // a law that stands alone has a spring of its own in each layer
-      same_friction_[i] = !layers_[i].resists() && !detail::adds(layers[i].laws) &&
-                          same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
+      const bool continues = !layers_[i].resists() && !detail::adds(layers[i].laws) &&
+                             same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
+      roots_[i] = continues ? roots_[i - 1] : static_cast<std::uint8_t>(i);
       same_cutting_[i] = same_law(layers[i].laws.cutting, layers[i - 1].laws.cutting);
     }
     noise_ = noise_of(limits.depth_noise);
@@ -250,7 +250,8 @@ class BasicPreparedInsertion {
     Real bottom = std::numeric_limits<double>::infinity();
     Motion since = move;
     for (std::size_t i = count; i-- > 0;) {
-      const Real root = plain ? std::numeric_limits<double>::infinity() : root_of(state, i);
+      const Real root =
+          plain ? std::numeric_limits<double>::infinity() : state.layers[roots_[i]].shaft.surface;
       if constexpr (!plain)
         if (fresh >> i & 1u) since = since_puncture(state, move, i);
       const Motion& own = !plain && (fresh >> i & 1u) ? since : move;
@@ -265,31 +266,17 @@ class BasicPreparedInsertion {
     return total(state, move, contacts, shafts, tip);
   }
 
-  /// At the next interface the force is the larger of cut and contact: they share one tip.
   template <class Motion>
   [[gnu::always_inline]] BasicSample<Real> total(BasicInsertionState<Real>& state, const Motion& move,
                                                  const BasicPressed<Real>& contacts,
                                                  const BasicDragged<Real>& shafts,
                                                  const BasicTipForce<Real>& tip) const noexcept {
-    const bool pushes = contacts.force > tip.force;
-    const Real stiffness = pushes ? contacts.force - tip.force : 0.0;
     const Phase before = std::exchange(state.phase, phase(state, contacts, shafts, move.velocity));
-    const bool was_free = before == Phase::free, is_free = state.phase == Phase::free;
-    BasicSample<Real> sample{
-        .depth = value_of(move.depth),
-        .velocity = move.velocity,
-        .force = stiffness + shafts.force + tip.force,
-        .stiffness = stiffness,
-        .friction = shafts.force,
-        .cutting = tip.force,
-        .lateral = lateral_ratio_ * tip.force,
-        .force_by_depth = shafts.by_depth + (pushes ? contacts.slope : value_of(tip.by_depth)),
-        .force_by_velocity = shafts.by_velocity,
-        .phase = state.phase,
-        .status = contacts.beyond ? Status::outside_range : Status::ok,
-        .contact = was_free && !is_free,
-        .punctured = contacts.punctured,
-        .exit = is_free && !was_free};
+    BasicSample<Real> sample = summed(move, contacts, shafts, tip);
+    sample.lateral = lateral_ratio_ * tip.force;
+    sample.phase = state.phase;
+    sample.contact = before == Phase::free && state.phase != Phase::free;
+    sample.exit = before != Phase::free && state.phase == Phase::free;
     if (limits_.hold_time > 0.0) state.last = sample;  // otherwise never used again
     return sample;
   }
@@ -328,12 +315,12 @@ class BasicPreparedInsertion {
     BasicContactAtPuncture<Real> contact = layers_[i].pierce(state.layers[i], cuts.depth, tip_);
     const Real at = cut_down_to(state, contact.extent.puncture, cuts);
     const Real carried = carries_on ? front(state).cut_force(state.cut, state.cutting, at).force : -1.0;
-    state.pierced = std::max(state.pierced, i + 1);
+    if (state.pierced <= i) state.pierced = i + 1;
     front(state).enter(state.cut, state.cutting, at, carried);
     if (!(carries_on && same_cutting_[i])) start_crack(state, at);
     if (carries_on) {
       if (!same_cutting_[i]) state.cut.begin(at, 1.0, 0.0, 0.0);  // nobody has loaded the other cut
-      if (!same_friction_[i]) layers_[i].take_over(state.layers[i], contact);
+      if (!continues(i)) layers_[i].take_over(state.layers[i], contact);
       return false;
     }
     const Real force = front(state).cut_force(state.cut, state.cutting, at).force;
@@ -365,10 +352,12 @@ class BasicPreparedInsertion {
     cuts.dt *= left;
     return until.depth;
   }
+  /// The same tissue as the layer above, without an interface.
+  bool continues(std::size_t i) const noexcept { return roots_[i] != i; }
   /// Tissue that continues below layer i, where the tip has not come, is strained as in the layer.
   void continue_below(BasicInsertionState<Real>& state, std::size_t i) const noexcept {
     const std::size_t below = i + 1;
-    if (below < count_ && same_friction_[below] && state.layers[below].shaft.embedded == 0.0)
+    if (below < count_ && continues(below) && state.layers[below].shaft.embedded == 0.0)
       state.layers[below].friction = state.layers[i].friction;
   }
   /// The surface below layer i went down from a depth to another, where the tip is deeper.
@@ -383,12 +372,6 @@ class BasicPreparedInsertion {
     move.below = smaller(move.below, larger(move.depth - state.layers[i].puncture_depth, Real(0.0)));
     return move;
   }
-  /// Where the tissue around the shaft of layer i begins: above interfaces that do not resist.
-  Real root_of(const BasicInsertionState<Real>& state, std::size_t i) const noexcept {
-    while (i > 0 && same_friction_[i]) --i;
-    return state.layers[i].shaft.surface;
-  }
-
   ModelSwap::Stack stack() const noexcept { return {{layers_.data(), count_}, tip_}; }
   const BasicPreparedLayer<Real>& front(const BasicInsertionState<Real>& state) const noexcept {
     return layers_[state.pierced - 1];
@@ -397,9 +380,10 @@ class BasicPreparedInsertion {
   static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
 
   std::array<BasicPreparedLayer<Real>, max_layers> layers_{};
-  TipTable tip_{};                                // of the layers whose contact is that of a tip
-  std::array<bool, max_layers> same_friction_{};  // as the layer above, without an interface
-  std::array<bool, max_layers> same_cutting_{};   // as the layer above
+  TipTable tip_{};                               // of the layers whose contact is that of a tip
+  std::array<bool, max_layers> same_cutting_{};  // as the layer above
+  // where the tissue around the shaft begins: above interfaces that do not resist
+  std::array<std::uint8_t, max_layers> roots_{};
   Limits limits_;
   bool valid_;
   bool plain_ = false;        // one layer with the paper's friction and cutting

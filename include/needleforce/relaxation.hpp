@@ -122,7 +122,7 @@ struct BasicElement {
 
   /// `slipped` over |force| counts the stretches of the tissue.
   [[gnu::noinline]] void renew(Real force, const BasicRelaxing<Real>& relaxing) noexcept {
-    const Real old = force != 0.0 ? exp(-abs(slipped / force)) : 0.0;
+    const Real old = abs(force) > 1e-300 ? exp(-abs(slipped * (1.0 / force))) : 0.0;
     elastic = force + old * (elastic - force);
     for (int j = 0; j < 2; ++j) {
       const Real held = relaxing.share[j] * force;
@@ -149,10 +149,14 @@ struct BasicElement {
       standing += memory[j] * relaxing.left[j];
       per_load += relaxing.share[j] * relaxing.during[j];
     }
-    const Real free = standing + per_load * wanted;
-    const Real force = within(low, free, high);
-    slipped = (free - force) / per_load;
-    if (force != free) wanted = (force - standing) / per_load;
+    const Real free = standing + per_load * wanted, per = 1.0 / per_load;
+    Real force = free;
+    if (!(free > low && free < high)) {
+      // a branch, and reciprocals: what it remembers need not wait for the force
+      force = free >= high ? high : low;
+      if (force != free) wanted = (force - standing) * per;
+    }
+    slipped = (free - force) * per;
     elastic += wanted;
     for (int j = 0; j < 2; ++j)
       memory[j] = memory[j] * relaxing.left[j] + relaxing.share[j] * relaxing.during[j] * wanted;

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 #include "contact.hpp"
 #include "tip.hpp"
@@ -25,18 +26,20 @@ class TipTable {
     dispatch(tip, [&](const auto& shape) { tabulate(shape, shank_radius); });
   }
 
-  double force(double h) const noexcept {
+  /// F [m^2] and dF/dh [m].
+  struct Pressed {
+    double force, slope;
+  };
+  /// Both with one search.
+  Pressed at(double h) const noexcept {
     const double u = std::sqrt(h), end = last_root();
-    if (u >= end) return last_force() + last_slope() * (h - end * end);
+    if (u >= end) return {last_force() + last_slope() * (h - end * end), last_slope()};
     const std::size_t k = find(u);
-    return block(k).value(u - edge_[k]);
+    const Block inside = block(k);
+    return {inside.value(u - edge_[k]), inside.by_depth(u - edge_[k], u)};
   }
-  double slope(double h) const noexcept {
-    const double u = std::sqrt(h);
-    if (u >= last_root()) return last_slope();
-    const std::size_t k = find(u);
-    return block(k).by_depth(u - edge_[k], u);
-  }
+  double force(double h) const noexcept { return at(h).force; }
+  double slope(double h) const noexcept { return at(h).slope; }
   /// Sums the blocks above: for a puncture, not for every step.
   double energy(double h) const noexcept {
     const double u = std::sqrt(h), end = last_root(), beyond = h - end * end;
@@ -122,12 +125,13 @@ class TipTable {
   Block block(std::size_t k) const noexcept {
     return quintic(right_of(k) - edge_[k], node_[k], bend_[k], node_[k + 1]);
   }
-  /// The block whose left edge is at or below u, in a fixed number of steps.
+  /// The block whose left edge is at or below u, or less than a rounding above it: edges are counted, several
+  /// at a time, which takes less than to halve.
   std::size_t find(double u) const noexcept {
-    std::size_t k = 0;
-    for (const std::size_t step : {32u, 16u, 8u, 4u, 2u, 1u})
-      if (k + step < count_ && edge_[k + step] <= u) k += step;
-    return k;
+    const auto at = static_cast<float>(u);
+    int below = -1;
+    for (const float edge : edge_) below += edge <= at ? 1 : 0;
+    return static_cast<std::size_t>(below < 0 ? 0 : below);
   }
 
   template <class TipShape>
@@ -201,6 +205,7 @@ class TipTable {
       ++count;
     }
     count_ = count;
+    edge_.fill(std::numeric_limits<float>::infinity());  // no depth is beyond those that are not used
     for (std::size_t k = 0; k < count; ++k) {
       edge_[k] = static_cast<float>(blocks[k].from);
       node_[k] = blocks[k].left;

@@ -47,6 +47,10 @@ struct TipContact {
     Table table;
 
     double reach() const noexcept { return std::numeric_limits<double>::infinity(); }
+    TipTable::Pressed at(double h) const noexcept {
+      const auto [force, slope] = table.at(h);
+      return {modulus * force, modulus * slope};
+    }
     double force(double h) const noexcept { return modulus * table.force(h); }
     double slope(double h) const noexcept { return modulus * table.slope(h); }
     double energy(double h) const noexcept { return modulus * table.energy(h); }

@@ -44,7 +44,7 @@ struct BasicElasticGrip {
     void advance(BasicShaft<Real>& shaft, Memory& memory, const BasicMove<Real>& move,
                  const BasicLayerExtent<Real>& extent, const BasicRelaxing<Real>&) const noexcept {
       const Real loaded = memory.traction + stiffness * move.below;
-      memory.traction = clamp(loaded, -per_length, per_length);
+      memory.traction = bounded(loaded, -per_length, per_length);
       memory.sticks = abs(memory.traction) < per_length;
       shaft.embed(extent, move.depth, extent.top);
     }
