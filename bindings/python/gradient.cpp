@@ -47,18 +47,27 @@ void add_columns(Row& row, const Steps::Event& event, std::size_t count) {
   row.after.insert(row.after.end(), event.after.begin(), event.after.begin() + columns);
 }
 
-/// One pass: the force, and its derivatives along up to eight parameters into columns from `first` on.
-void pass(Steps& steps, const Values& depth, const Values& dt, double* force, double* gradient,
-          std::size_t first, std::size_t count, std::size_t columns, std::vector<Row>& events) {
+/// Adds the events of the last step, which took the needle to a sample.
+[[gnu::noinline]] void collect(const Steps& steps, std::size_t sample, std::size_t count,
+                               std::vector<Row>& events, std::size_t& found) {
+  for (const auto& event : steps.events()) {
+    if (found == events.size()) events.push_back({event, sample, {}, {}, {}});
+    add_columns(events[found++], event, count);
+  }
+}
+
+/// One pass: the force, and its derivatives along up to eight parameters into columns from `first` on. The
+/// steps are inlined, so that nobody writes the parts of a force that this loop does not read.
+[[gnu::flatten]] void pass(Steps& steps, const double* depth, const double* dt, std::size_t n, double* force,
+                           double* gradient, std::size_t columns, std::size_t count,
+                           std::vector<Row>& events) {
   std::size_t found = 0;
-  for (std::size_t i = 0; i < depth.shape(0); ++i) {
-    const auto sample = steps.step(depth.data()[i], no_velocity, dt.data()[i]);
-    force[i] = sample.force.value;
-    for (std::size_t k = 0; k < count; ++k) gradient[i * columns + first + k] = sample.force.by[k];
-    for (const auto& event : steps.events()) {
-      if (found == events.size()) events.push_back({event, i, {}, {}, {}});
-      add_columns(events[found++], event, count);
-    }
+  for (std::size_t i = 0; i < n; ++i) {
+    const Steps::Number now = steps.step(depth[i], no_velocity, dt[i]).force;
+    force[i] = now.value;
+    const auto by = now.derivatives();
+    std::copy_n(by.data(), count, gradient + i * columns);
+    if (!steps.events().empty()) collect(steps, i, count, events, found);
   }
 }
 
@@ -92,7 +101,7 @@ nb::tuple force_gradient(const Stack& stack, const Values& depth, const Values& 
       const std::size_t count = std::min(width, columns - first);
       const auto steps =
           std::make_unique<Steps>(layers, std::span<const Direction>(along).subspan(first, count), limits);
-      pass(*steps, depth, dt, force, gradient, first, count, columns, events);
+      pass(*steps, depth.data(), dt.data(), n, force, gradient + first, columns, count, events);
     }
   }
   return nb::make_tuple(forces, table, listed(events));

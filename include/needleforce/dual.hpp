@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 
@@ -11,16 +12,31 @@
 
 namespace needleforce {
 
-/// The derivatives of a number. Eight go through the registers of the processor together where the compiler
-/// knows how: a step takes a third of the time.
+/// The derivatives of a number.
 template <std::size_t N>
 struct Derivatives {
   using type = std::array<double, N>;
 };
 #if defined(__GNUC__) || defined(__clang__)
+/// Eight in pairs, which every processor of this kind takes together, and each a variable of its own, which
+/// the compiler keeps in a register: a step takes a third of the time of a loop over numbers.
+struct EightDerivatives {
+  typedef double Pair __attribute__((vector_size(16), aligned(8)));
+  Pair a{}, b{}, c{}, d{};
+
+  double operator[](std::size_t i) const noexcept { return std::bit_cast<std::array<double, 8>>(*this)[i]; }
+  [[gnu::always_inline]] friend constexpr EightDerivatives operator*(double slope,
+                                                                     const EightDerivatives& x) noexcept {
+    return {slope * x.a, slope * x.b, slope * x.c, slope * x.d};
+  }
+  [[gnu::always_inline]] friend constexpr EightDerivatives operator+(const EightDerivatives& x,
+                                                                     const EightDerivatives& y) noexcept {
+    return {x.a + y.a, x.b + y.b, x.c + y.c, x.d + y.d};
+  }
+};
 template <>
 struct Derivatives<8> {
-  typedef double type __attribute__((vector_size(64), aligned(8)));
+  using type = EightDerivatives;
 };
 #endif
 
@@ -34,17 +50,15 @@ struct Dual {
   constexpr Dual() = default;
   constexpr Dual(double number) noexcept : value(number) {}
   /// The direction `i` itself.
-  static constexpr Dual direction(double number, std::size_t i) noexcept {
+  static Dual direction(double number, std::size_t i) noexcept {
+    std::array<double, N> along{};
+    along[i] = 1.0;
     Dual result(number);
-    result.by[i] = 1.0;
+    result.by = std::bit_cast<typename Derivatives<N>::type>(along);
     return result;
   }
 
-  std::array<double, N> derivatives() const noexcept {
-    std::array<double, N> result;
-    for (std::size_t i = 0; i < N; ++i) result[i] = by[i];
-    return result;
-  }
+  std::array<double, N> derivatives() const noexcept { return std::bit_cast<std::array<double, N>>(by); }
 
   friend constexpr Dual operator-(const Dual& a) noexcept { return chain(-a.value, -1.0, a); }
   friend constexpr Dual operator+(const Dual& a, const Dual& b) noexcept {

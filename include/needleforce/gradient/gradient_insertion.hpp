@@ -48,7 +48,7 @@ class GradientInsertion {
 
   /// One cycle, as of `Insertion`: the sample, its force with derivatives. Wait-free; a step that punctures
   /// takes three.
-  BasicSample<Number> step(double depth, double velocity, double dt) noexcept {
+  [[gnu::flatten]] BasicSample<Number> step(double depth, double velocity, double dt) noexcept {
     events_ = 0;
     const bool started = state_.started;
     const double before = state_.depth, elapsed = state_.waited + dt;
@@ -147,10 +147,11 @@ class GradientInsertion {
       if constexpr (requires { memory.element; }) {
         const bool inside = state.pierced && state.shaft.embedded.value > 0.0;
         const bool slides = inside && memory.element.stiffening.value == 0.0;
-        const Number at = depth - law.slip(state.shaft, memory).travel;
-        if (slides && sticks_[i])
+        if (slides && sticks_[i]) {
+          const Number at = depth - law.slip(state.shaft, memory).travel;
           add({ForceEventKind::slip, i, at.value, 0.0, at.derivatives(), last_.derivatives(),
                last_.derivatives()});
+        }
         sticks_[i] = inside && !slides;
       }
     });
