@@ -247,11 +247,10 @@ class BasicPreparedInsertion {
     for (std::size_t i = 0; !plain && looks_ahead_ && i < count; ++i)
       layers_[i].look_ahead(state.layers[i], move);
     BasicDragged<Real> shafts{};
-    Real bottom = std::numeric_limits<double>::infinity();
+    Real bottom = endless;
     Motion since = move;
     for (std::size_t i = count; i-- > 0;) {
-      const Real root =
-          plain ? std::numeric_limits<double>::infinity() : state.layers[roots_[i]].shaft.surface;
+      const Real root = plain ? endless : state.layers[roots_[i]].shaft.surface;
       if constexpr (!plain)
         if (fresh >> i & 1u) since = since_puncture(state, move, i);
       const Motion& own = !plain && (fresh >> i & 1u) ? since : move;
@@ -376,7 +375,7 @@ class BasicPreparedInsertion {
   const BasicPreparedLayer<Real>& front(const BasicInsertionState<Real>& state) const noexcept {
     return layers_[state.pierced - 1];
   }
-
+  static constexpr double endless = std::numeric_limits<double>::infinity();
   static constexpr double noise_of_depth = 3e-5;  // [m] behind the deepest point that is no withdrawal yet
 
   std::array<BasicPreparedLayer<Real>, max_layers> layers_{};
