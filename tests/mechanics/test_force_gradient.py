@@ -145,11 +145,17 @@ def test_what_a_law_does_not_have_is_refused_with_what_it_has():
     model = nf.preset("paper")
     with pytest.raises(nf.InputError, match=r"friction\.per_length.*cutting\.force"):
         model.force_gradient(DEPTH, TIME, by="friction.viscous")
+    with pytest.raises(nf.InputError, match=r"shape of a tip.*two models"):
+        model.force_gradient(DEPTH, TIME, by="tip.half_angle")
     for depth, time, quantity in (
         (DEPTH[:3], TIME[:4], "shapes"),
         ([0.0, np.nan], [0.0, 1.0], r"depth\[1\]"),
         ([0.0, 2.0], [0.0, 1.0], r"depth\[1\]"),
         ([0.0, 1e-3], [1.0, 1.0], r"time\[1\]"),
+        ([0.0, 1e-3], [0.0, np.inf], r"time\[1\]"),
+        ([], [], "shapes"),
+        ([[0.0, 1e-3], [0.0]], [0.0, 1.0], "depth is list"),
+        (DEPTH, "later", "time is str"),
     ):
         with pytest.raises(nf.InputError, match=quantity):
             model.force_gradient(depth, time)
