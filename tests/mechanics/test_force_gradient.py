@@ -89,7 +89,7 @@ def test_every_law_agrees_with_differences_away_from_jumps(name):
     found = model.force_gradient(DEPTH, TIME)
     plain = forces(model)
     np.testing.assert_array_equal(found.force, plain)
-    # the iteration of stribeck_cutting ends within 1e-8, which differences make larger
+    # differences make the rounding of stribeck_cutting's iteration larger: docs/evidence/gradients.md
     least = 1e-5 if name == "stribeck" else 1e-6
     for parameter in found.by:
         if at_the_end_of_its_range(model, parameter):
