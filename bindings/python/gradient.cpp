@@ -27,7 +27,7 @@ using Table = nb::ndarray<double, nb::numpy, nb::ndim<2>, nb::c_contig>;
 
 /// A matrix of (rows, columns) doubles that owns its memory.
 Table new_table(std::size_t rows, std::size_t columns, double*& data) {
-  data = new double[rows * columns]{};
+  data = new double[rows * columns];
   nb::capsule owner(data, [](void* memory) noexcept { delete[] static_cast<double*>(memory); });
   return Table(data, {rows, columns}, owner);
 }

@@ -89,7 +89,7 @@ def test_every_law_agrees_with_differences_away_from_jumps(name):
     found = model.force_gradient(DEPTH, TIME)
     plain = forces(model)
     np.testing.assert_array_equal(found.force, plain)
-    # the iteration of stribeck_cutting ends within 1e-8, which differences make larger
+    # differences make the rounding of stribeck_cutting's iteration larger: docs/evidence/gradients.md
     least = 1e-5 if name == "stribeck" else 1e-6
     for parameter in found.by:
         if at_the_end_of_its_range(model, parameter):
@@ -145,11 +145,17 @@ def test_what_a_law_does_not_have_is_refused_with_what_it_has():
     model = nf.preset("paper")
     with pytest.raises(nf.InputError, match=r"friction\.per_length.*cutting\.force"):
         model.force_gradient(DEPTH, TIME, by="friction.viscous")
+    with pytest.raises(nf.InputError, match=r"shape of a tip.*two models"):
+        model.force_gradient(DEPTH, TIME, by="tip.half_angle")
     for depth, time, quantity in (
         (DEPTH[:3], TIME[:4], "shapes"),
         ([0.0, np.nan], [0.0, 1.0], r"depth\[1\]"),
         ([0.0, 2.0], [0.0, 1.0], r"depth\[1\]"),
         ([0.0, 1e-3], [1.0, 1.0], r"time\[1\]"),
+        ([0.0, 1e-3], [0.0, np.inf], r"time\[1\]"),
+        ([], [], "shapes"),
+        ([[0.0, 1e-3], [0.0]], [0.0, 1.0], "depth is list"),
+        (DEPTH, "later", "time is str"),
     ):
         with pytest.raises(nf.InputError, match=quantity):
             model.force_gradient(depth, time)

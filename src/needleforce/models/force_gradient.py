@@ -141,24 +141,33 @@ def _name(at: tuple, layers: int) -> str:
 def _place(name: str, names: tuple[str, ...]) -> int:
     if name not in names:
         limit = "no parameter of this model"
-        raise InputError("by", repr(name), limit, next_step=f"Give one of {', '.join(names)}.")
+        step = f"Give one of {', '.join(names)}; for the shape of a tip or a bevel, compare the forces of two models."
+        raise InputError("by", repr(name), limit, next_step=step)
     return names.index(name)
+
+
+def _numbers(name: str, values: ArrayLike) -> np.ndarray:
+    try:
+        return np.ascontiguousarray(values, dtype=float)
+    except (TypeError, ValueError):
+        step = "Give a number for each sample, in SI."
+        raise InputError(name, type(values).__name__, "must be one row of numbers", next_step=step) from None
 
 
 def _motion(depth: ArrayLike, time: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Depths, and the time of each step [s]; the first has the length of the second."""
-    depths, times = (np.ascontiguousarray(each, dtype=float) for each in (depth, time))
+    depths, times = (_numbers(name, values) for name, values in (("depth", depth), ("time", time)))
     if depths.ndim != 1 or depths.shape != times.shape or len(depths) < 2:
         shapes = f"{depths.shape} and {times.shape}"
         raise InputError(
             "shapes of depth and time", shapes, "not the same (n,), n >= 2", next_step="Give one for each."
         )
-    for name, values, limit in (("depth", depths, 1.0), ("time", times, np.inf)):
-        bad = np.flatnonzero(~(np.abs(values) <= limit) | ~np.isfinite(values))
-        if len(bad):
-            limits = "not finite" if not np.isfinite(values[bad[0]]) else "beyond 1 m"
-            step = "Leave the sample out, or give it in SI."
-            raise InputError(f"{name}[{bad[0]}]", values[bad[0]], limits, next_step=step)
+    for name, values, limit in (("depth", depths, 1.0), ("time", times, np.finfo(float).max)):
+        if values.min() >= -limit and values.max() <= limit:
+            continue  # what is not a number fails both
+        at = int(np.flatnonzero(~(np.abs(values) <= limit))[0])
+        reason = "beyond 1 m" if np.isfinite(values[at]) else "not finite"
+        raise InputError(f"{name}[{at}]", values[at], reason, next_step="Leave the sample out, or give it in SI.")
     steps = np.diff(times)
     if not (steps > 0.0).all():
         at = int(np.flatnonzero(~(steps > 0.0))[0]) + 1
