@@ -10,7 +10,7 @@ import pytest
 
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
-    "Python files": 402,
+    "Python files": 403,
     "lines": 78_000,
     "modules with one importer": 57,
     "modules in the largest import circle": 4,

@@ -42,7 +42,7 @@ struct PlainLayerLaws {
         joined(n) {}
 };
 
-/// The laws of each member, or of all: then they stand there as often as is read at a time.
+/// The laws of each member, or those of all, as often as is read at a time.
 struct PlainLaws {
   std::vector<PlainLayerLaws> layers;
   std::vector<Prepared<Stiffness>> contacts;  // of all layers of a member in turn

@@ -12,12 +12,12 @@ from ..errors import InputError
 _EACH = "Give a number for each member, or one for all."
 
 
-def whole_number(quantity: str, value: Any, least: int, next_step: str = "") -> int:
-    """The value if it is a whole number, no less than ``least``."""
+def whole_number(quantity: str, value: Any, low: int, next_step: str = "") -> int:
+    """The value if it is a whole number, no less than ``low``."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
-        raise InputError(quantity, repr(value)[:60], "not a whole number", next_step=next_step or f"Give {least}.")
-    if value < least:
-        raise InputError(quantity, value, f"below {least}", next_step=next_step or f"Give {least}.")
+        raise InputError(quantity, repr(value)[:60], "not a whole number", next_step=next_step or f"Give {low}.")
+    if value < low:
+        raise InputError(quantity, value, f"below {low}", next_step=next_step or f"Give {low}.")
     return int(value)
 
 
