@@ -223,35 +223,29 @@ static Status derivative(Fmu* fmu, Reference unknown, Reference known, double* v
                              : now->by_depth + (own ? now->by_velocity / now->dt : 0.0);
   return OK;
 }
+/* Unknowns by the seed of the knowns, or, backwards, knowns by that of the unknowns. */
+static Status along(Fmu* fmu, const Reference unknowns[], size_t nu, const Reference knowns[], size_t nk,
+                    const double seed[], size_t ns, double out[], size_t no, bool backwards) {
+  double value;
+  if (ns != (backwards ? nu : nk) || no != (backwards ? nk : nu))
+    return fault(fmu, ERROR, "seed or sensitivity: as many as knowns and unknowns are needed.");
+  for (size_t i = 0; i < no; ++i) out[i] = 0.0;
+  for (size_t u = 0; u < nu; ++u)
+    for (size_t k = 0; k < nk; ++k) {
+      if (derivative(fmu, unknowns[u], knowns[k], &value) != OK) return ERROR;
+      out[backwards ? k : u] += value * seed[backwards ? u : k];
+    }
+  return OK;
+}
 API Status fmi3GetDirectionalDerivative(Fmu* fmu, const Reference unknowns[], size_t nu,
                                         const Reference knowns[], size_t nk, const double seed[], size_t ns,
                                         double sensitivity[], size_t nv) {
-  if (ns != nk || nv != nu)
-    return fault(fmu, ERROR, "seed or sensitivity: as many as knowns and unknowns are needed.");
-  for (size_t u = 0; u < nu; ++u) {
-    sensitivity[u] = 0.0;
-    for (size_t k = 0; k < nk; ++k) {
-      double value;
-      if (derivative(fmu, unknowns[u], knowns[k], &value) != OK) return ERROR;
-      sensitivity[u] += value * seed[k];
-    }
-  }
-  return OK;
+  return along(fmu, unknowns, nu, knowns, nk, seed, ns, sensitivity, nv, false);
 }
 API Status fmi3GetAdjointDerivative(Fmu* fmu, const Reference unknowns[], size_t nu, const Reference knowns[],
                                     size_t nk, const double seed[], size_t ns, double sensitivity[],
                                     size_t nv) {
-  if (ns != nu || nv != nk)
-    return fault(fmu, ERROR, "seed or sensitivity: as many as unknowns and knowns are needed.");
-  for (size_t k = 0; k < nk; ++k) {
-    sensitivity[k] = 0.0;
-    for (size_t u = 0; u < nu; ++u) {
-      double value;
-      if (derivative(fmu, unknowns[u], knowns[k], &value) != OK) return ERROR;
-      sensitivity[k] += value * seed[u];
-    }
-  }
-  return OK;
+  return along(fmu, unknowns, nu, knowns, nk, seed, ns, sensitivity, nv, true);
 }
 
 #define ACCESS(Name, Type, of_type)                                                                      \
