@@ -35,7 +35,7 @@ def shapes(shank: float) -> Iterator[tuple[str, object]]:
         for length in (1.0, 2.0, 3.0, 8.0):
             yield "sphere, ogive", tips.TangentOgive(size * shank, length * size * shank)
     for power in np.geomspace(1.1, 12.0, 25):
-        yield "powers 1.1 to 12", tips.PowerProfile(power, shank, 3.0 * shank)
+        yield "powers 1.1 to 30", tips.PowerProfile(power, shank, 3.0 * shank)
     rng = np.random.default_rng(1)
     for knots in (7, 32):
         for _ in range(10):

@@ -77,7 +77,7 @@ class TipTable {
   struct Node {
     double force, by_root;
   };
-  /// What bends the cubic through the ends of a block: t^2 (1-t)^2 (even + odd (t - 1/2)) [m^2].
+  /// What bends the cubic through the ends of a block: t^2 (1-t)^2 (even + odd (t - 1/2)), of the rise of F.
   struct Bend {
     float even = 0.0f, odd = 0.0f;
   };
@@ -113,11 +113,12 @@ class TipTable {
     const double a = w * left.by_root, d = right.force - left.force, b = w * right.by_root;
     const double value = middle.force - left.force - 0.5 * d - 0.125 * (a - b);
     const double by = w * middle.by_root - 1.5 * d + 0.25 * (a + b);
-    return {static_cast<float>(16.0 * value), static_cast<float>(16.0 * by)};
+    if (!(d > 0.0)) return {};
+    return {static_cast<float>(16.0 * value / d), static_cast<float>(16.0 * by / d)};
   }
   static Block quintic(double w, const Node& left, const Bend& bend, const Node& right) noexcept {
     const double a = w * left.by_root, d = right.force - left.force, b = w * right.by_root;
-    const double q = bend.odd, e = bend.even - 0.5 * q;
+    const double q = d * bend.odd, e = d * bend.even - 0.5 * q;
     return {1.0 / w,
             {left.force, a, 3.0 * d - 2.0 * a - b + e, a + b - 2.0 * d - 2.0 * e + q, e - 2.0 * q, q}};
   }
@@ -172,7 +173,7 @@ class TipTable {
     for (const double b : shape.breaks())
       if (b > shape.flat() && b < limit) {
         const double at = kept(std::sqrt(sneddon::depth(shape, b)));
-        if (at > u[n - 1]) u[n++] = at;
+        if (at > u[n - 1] && std::isfinite(at)) u[n++] = at;
       }
     const double end = sneddon::is_tangent<TipShape>() ? std::min(limit, shape.end() * (1.0 - 1e-9)) : limit;
     const double last = std::sqrt(sneddon::depth(shape, end));
@@ -198,6 +199,7 @@ class TipTable {
       if (!(worst->error > 1e-15)) break;
       const Fitted whole = *worst;
       const double middle = kept(0.5 * (whole.from + whole.to));
+      if (!(middle > whole.from && std::isfinite(middle))) break;  // beyond single precision
       std::move_backward(worst + 1, end, end + 1);
       const Node between = node(shape, middle, limit);
       worst[0] = fitted(shape, whole.from, middle, whole.left, between, limit, scale);

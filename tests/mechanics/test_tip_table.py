@@ -14,7 +14,8 @@ TIPS = {
     "truncated cone": [nf.tips.TruncatedCone(math.radians(15), flat) for flat in (1e-6, 20e-6, 0.1e-3, 0.3e-3)],
     "blunted cone": [nf.tips.BluntedCone(math.radians(30), 20e-6, 0.0)],
     "sphere, ogive": [nf.tips.Sphere(0.5e-3), nf.tips.TangentOgive(0.35e-3, 1.3e-3)],
-    "powers 1.1 to 12": [nf.tips.PowerProfile(5.0, 0.35e-3, 1e-3)],
+    # the second would be 1e50 m deep where its shank is reached
+    "powers 1.1 to 30": [nf.tips.PowerProfile(5.0, 0.35e-3, 1e-3), nf.tips.PowerProfile(30.0, 5e-6, 10e-6)],
 }
 
 
