@@ -36,7 +36,7 @@ class TipTable {
     if (u >= end) return {last_force() + last_slope() * (h - end * end), last_slope()};
     const std::size_t k = find(u);
     const Block inside = block(k);
-    return {inside.value(u - edge_[k]), inside.by_depth(u - edge_[k], u)};
+    return {inside.value(u - left_of(k)), inside.by_depth(u - left_of(k), u)};
   }
   double force(double h) const noexcept { return at(h).force; }
   double slope(double h) const noexcept { return at(h).slope; }
@@ -45,9 +45,9 @@ class TipTable {
     const double u = std::sqrt(h), end = last_root(), beyond = h - end * end;
     const std::size_t k = u >= end ? count_ : find(u);
     double sum = 0.0;
-    for (std::size_t i = 0; i < k; ++i) sum += block(i).work(edge_[i], right_of(i) - edge_[i]);
+    for (std::size_t i = 0; i < k; ++i) sum += block(i).work(left_of(i), right_of(i) - left_of(i));
     if (k == count_) return sum + beyond * (last_force() + 0.5 * last_slope() * beyond);
-    return sum + block(k).work(edge_[k], u - edge_[k]);
+    return sum + block(k).work(left_of(k), u - left_of(k));
   }
   double indentation(double force) const noexcept {
     const double end = last_root() * last_root();
@@ -56,7 +56,7 @@ class TipTable {
     while (k + 1 < count_ && node_[k + 1].force <= force) ++k;
     const Block inside = block(k);
     const auto miss = [&](double x) { return inside.value(x) - force; };
-    const double u = sneddon::detail::root(miss, 0.0, right_of(k) - edge_[k], 0.0) + edge_[k];
+    const double u = sneddon::detail::root(miss, 0.0, right_of(k) - left_of(k), 0.0) + left_of(k);
     return u * u;
   }
   /// Root of the depth [m^(1/2)] from which F is straight, and F there [m^2].
@@ -66,7 +66,8 @@ class TipTable {
   /// Calls `visit` with every number that the table consists of.
   template <class Visit>
   void each(Visit visit) const noexcept {
-    for (std::size_t k = 0; k < count_; ++k) visit(edge_[k]), visit(bend_[k].even), visit(bend_[k].odd);
+    for (std::size_t k = 0; k < count_; ++k)
+      for (const float each : {edge_[k], bend_[k].even, bend_[k].odd}) visit(static_cast<double>(each));
     for (std::size_t k = 0; k <= count_; ++k) visit(node_[k].force), visit(node_[k].by_root);
     visit(end_);
   }
@@ -118,13 +119,14 @@ class TipTable {
   }
   static Block quintic(double w, const Node& left, const Bend& bend, const Node& right) noexcept {
     const double a = w * left.by_root, d = right.force - left.force, b = w * right.by_root;
-    const double q = d * bend.odd, e = d * bend.even - 0.5 * q;
+    const double q = d * static_cast<double>(bend.odd), e = d * static_cast<double>(bend.even) - 0.5 * q;
     return {1.0 / w,
             {left.force, a, 3.0 * d - 2.0 * a - b + e, a + b - 2.0 * d - 2.0 * e + q, e - 2.0 * q, q}};
   }
-  double right_of(std::size_t k) const noexcept { return k + 1 < count_ ? edge_[k + 1] : end_; }
+  double left_of(std::size_t k) const noexcept { return static_cast<double>(edge_[k]); }
+  double right_of(std::size_t k) const noexcept { return k + 1 < count_ ? left_of(k + 1) : end_; }
   Block block(std::size_t k) const noexcept {
-    return quintic(right_of(k) - edge_[k], node_[k], bend_[k], node_[k + 1]);
+    return quintic(right_of(k) - left_of(k), node_[k], bend_[k], node_[k + 1]);
   }
   /// The block whose left edge is at or below u, or less than a rounding above it: edges are counted, several
   /// at a time, which takes less than to halve.
@@ -217,7 +219,7 @@ class TipTable {
     end_ = blocks[count - 1].to;
   }
   /// An edge as it is kept: the block may begin a little before a break of the profile, or after it.
-  static double kept(double u) noexcept { return static_cast<float>(u); }
+  static double kept(double u) noexcept { return static_cast<double>(static_cast<float>(u)); }
 
   std::array<float, capacity> edge_{};  // u where the blocks begin [m^(1/2)]
   std::array<Bend, capacity> bend_{};

@@ -80,7 +80,7 @@ def test_what_holds_no_model_is_refused_with_the_next_step(document, words, tmp_
     [
         (["nowhere.json"], "fit is missing"),
         (["nothing"], "unknown"),
-        (["paper", "--language", "rust"], "Give c++ or c"),
+        (["paper", "--language", "rust"], "Give one of c++, c, c#, json, fmu"),
         (["paper", "--name", ""], "not a valid name of a constant"),
         (["paper", "--name", "int"], "not a valid name of a constant"),
         (["paper", "-o", "nowhere/x.hpp"], "its folder does not exist"),
