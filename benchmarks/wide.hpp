@@ -31,9 +31,9 @@ struct Wide {
   friend constexpr bool operator==(Wide a, Wide b) noexcept { return a.value == b.value; }
   friend constexpr auto operator<=>(Wide a, Wide b) noexcept { return a.value <=> b.value; }
 
-  friend constexpr Wide min(Wide a, Wide b) noexcept { return b < a ? b : a; }
-  friend constexpr Wide max(Wide a, Wide b) noexcept { return a < b ? b : a; }
-  friend constexpr Wide clamp(Wide a, Wide low, Wide high) noexcept {
+  friend constexpr Wide smaller(Wide a, Wide b) noexcept { return b < a ? b : a; }
+  friend constexpr Wide larger(Wide a, Wide b) noexcept { return a < b ? b : a; }
+  friend constexpr Wide bounded(Wide a, Wide low, Wide high) noexcept {
     return a < low ? low : high < a ? high : a;
   }
   friend Wide abs(Wide a) noexcept { return of(std::fabs(a.value)); }
@@ -50,7 +50,7 @@ struct Wide {
   friend Wide pow(Wide a, Wide n) noexcept { return of(std::pow(a.value, n.value)); }
   friend constexpr double value_of(Wide a) noexcept { return static_cast<double>(a.value); }
   friend constexpr Wide implied(Wide root, Wide, Wide) noexcept { return root; }
-  friend constexpr Wide at_least(Wide a, double low) noexcept { return max(a, low); }
+  friend constexpr Wide at_least(Wide a, double low) noexcept { return larger(a, low); }
 };
 
 /// The table of a tip is one of doubles: a cone stands in its place, so that the list is complete.

@@ -141,12 +141,20 @@ def test_slip_begins_twice_the_presliding_behind_a_reversal():
     np.testing.assert_allclose(slip.d_depth, [-2.0, 0.0], atol=1e-12)
 
 
+def test_a_parameter_asked_for_twice_has_its_column_twice():
+    found = nf.preset("paper").force_gradient(DEPTH, TIME, by=["cutting.force", "friction.per_length", "cutting.force"])
+    np.testing.assert_array_equal(found.gradient[:, 2], found.gradient[:, 0])
+    assert found.gradient[:, 2].max() == pytest.approx(1.0)  # the force itself, while cutting
+
+
 def test_what_a_law_does_not_have_is_refused_with_what_it_has():
     model = nf.preset("paper")
     with pytest.raises(nf.InputError, match=r"friction\.per_length.*cutting\.force"):
         model.force_gradient(DEPTH, TIME, by="friction.viscous")
-    with pytest.raises(nf.InputError, match=r"shape of a tip.*two models"):
+    with pytest.raises(nf.InputError, match=r"a tip, .*two models"):
         model.force_gradient(DEPTH, TIME, by="tip.half_angle")
+    with pytest.raises(nf.InputError, match="by is 5, no parameter"):
+        model.force_gradient(DEPTH, TIME, by=5)
     for depth, time, quantity in (
         (DEPTH[:3], TIME[:4], "shapes"),
         ([0.0, np.nan], [0.0, 1.0], r"depth\[1\]"),

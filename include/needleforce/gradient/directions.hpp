@@ -36,12 +36,13 @@ constexpr void each_law(Laws& laws, Visit visit) noexcept {
   std::visit([&](auto& law) { visit(law, std::size_t{4}); }, laws.relaxation);
 }
 
-/// A number that is the direction `at` among `along`, or none of them.
+/// A number that is the direction `at` wherever `along` has it, or none of them.
 template <std::size_t N>
 Dual<N> seeded(double number, const Direction& at, std::span<const Direction> along) noexcept {
+  Dual<N> result = number;
   for (std::size_t i = 0; i < along.size() && i < N; ++i)
-    if (along[i] == at) return Dual<N>::direction(number, i);
-  return number;
+    if (along[i] == at) result += Dual<N>::direction(0.0, i);
+  return result;
 }
 
 /// The law of the same name and values with derivatives.

@@ -119,7 +119,8 @@ def force_gradient(
     """See ``Model.force_gradient``; ``stack`` has the layers for the core."""
     depths, steps = _motion(depth, time)
     places = {_name(at, len(stack)): at[:3] for at in core.gradient_parameters(stack)}
-    names = tuple(places) if by is None else (by,) if isinstance(by, str) else tuple(by)
+    one = isinstance(by, str) or not isinstance(by, Iterable)
+    names = tuple(places) if by is None else (by,) if one else tuple(by)
     for name in names:
         _place(name, tuple(places))
     force, gradient, events = core.force_gradient(stack, depths, steps, [places[name] for name in names])
@@ -141,7 +142,8 @@ def _name(at: tuple, layers: int) -> str:
 def _place(name: str, names: tuple[str, ...]) -> int:
     if name not in names:
         limit = "no parameter of this model"
-        step = f"Give one of {', '.join(names)}; for the shape of a tip or a bevel, compare the forces of two models."
+        other = "for a tip, a bevel, a needle that bends or a solid, compare the forces of two models"
+        step = f"Give one of {', '.join(names)}; {other}."
         raise InputError("by", repr(name), limit, next_step=step)
     return names.index(name)
 
