@@ -90,6 +90,8 @@ def main() -> None:
         # a file that is written has its name in the error
         name = error.filename or ("standard output" if error.errno == errno.ENOSPC else "")
         say(f"needleforce: {': '.join(filter(None, (error.strerror or str(error), name)))}")
+        if not error.filename:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left is flushed again at the end
         sys.exit(1)
     except MemoryError:
         say("needleforce: the memory of this computer is not sufficient for the files given.")
