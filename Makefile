@@ -126,8 +126,9 @@ test-mono-octave: test-browser
 	@$(WATCHED) "collecting the Python tests" -- $(BIN)/python -m pytest --collect-only -q
 	@touch $@
 
-# one thread of linear algebra each; one process more than processors, for some tests wait for another process
-PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --dist loadfile --lines --share $(SHARE)
+# one thread of linear algebra each; one process more than processors, for some tests wait for another process. A process that crashes fails
+# the run: for one in its last test pytest-xdist would start another, and wait for it without end.
+PYTHON_TESTS = OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n $$(($$(nproc) + 1)) --max-worker-restart 0 --dist loadfile --lines --share $(SHARE)
 
 # where there is a clang, the tests use what the wheel takes; one installer at a time
 test-wasm: test-mono-octave

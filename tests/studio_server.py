@@ -6,17 +6,21 @@ import threading
 import time
 from contextlib import closing, contextmanager
 
+ENDS_S = 300.0  # after which a server is taken to hang
+
 
 @contextmanager
 def running(made, listening):
     """A server of uvicorn's in a thread, until the block ends."""
-    thread = threading.Thread(target=made.run, kwargs={"sockets": [listening]})
+    thread = threading.Thread(target=made.run, kwargs={"sockets": [listening]}, daemon=True)
     thread.start()
     while not made.started:
+        assert thread.is_alive()
         time.sleep(0.01)
     yield listening.getsockname()[1]
     made.should_exit = True
-    thread.join()
+    thread.join(ENDS_S)
+    assert not thread.is_alive()
 
 
 def answer(port: int, path: str = "/", method: str = "GET", body: bytes = b"", **headers):

@@ -8,15 +8,16 @@ from studio_server import running
 from needleforce.studio import server
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser():
+    """Of a file: left open behind the last test of the studio, it would end amid the last test of the process."""
     if CHROMIUM is None:
         pytest.skip(WITHOUT)
     with chromium() as opened:
         yield opened
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def address(wasm):
     """The page as the studio's own server gives it."""
     listening = server.listening_socket(0)
