@@ -125,6 +125,23 @@ def test_some_members_start_again_or_return(name):
     as_single(batch, kept, depths[500:700], None, 1e-3)
 
 
+@pytest.mark.parametrize("members", [None, [0, 2, 3], [True, False, True, True]])
+@pytest.mark.parametrize("kept", [{}, {"hold_time": 0.1}])  # its members stand in columns, or not
+def test_what_returns_is_the_memory_and_settings_stay(members, kept):
+    faster = nf.InsertionBatch(PAPER, 4, max_speed=0.5)
+    slower = nf.InsertionBatch(PAPER, 4, max_speed=1e-2, bevel=BEVEL, **kept)
+    faster.run(np.linspace(0.0, 9e-3, 40)[:, None] * np.ones(4), 1e-2)
+    slower.restore(faster, members)
+    for engine, allowed, lateral in ((faster.snapshot(), True, False), (slower, False, True)):
+        refused = engine.snapshot().step(10e-3, None, 1e-2)  # 0.1 m/s
+        assert (refused.status == 0)[[0, 2, 3]].tolist() == [allowed] * 3
+        followed = engine.step(9.05e-3, None, 1e-2)  # 5 mm/s: within both
+        assert not followed.status[[0, 2, 3]].any() and np.all((followed.lateral[[0, 2, 3]] != 0.0) == lateral)
+    alone = nf.Insertion(PAPER)
+    alone.forces(np.linspace(0.0, 9e-3, 40), np.full(40, 1e-2))
+    assert np.all(followed.force[[0, 2, 3]] == alone.step(9.05e-3, None, 1e-2).force)
+
+
 @pytest.mark.parametrize("others", ["paper_116", "lugre", "layered"])
 @pytest.mark.parametrize("own", [False, True])
 def test_a_member_gets_another_model_and_the_others_continue(others, own):

@@ -79,10 +79,20 @@ class InsertionBatch {
       states_[i] = state;
   }
 
-  /// The member as it is in another batch of the same models; false and unchanged if that one has others.
+  /// The member as it is in another batch of the same models, with the limits and the bevel of this one;
+  /// false and unchanged if that one has others.
   bool restore(std::size_t i, const InsertionBatch& saved) noexcept {
     if (!of_same_models(saved)) return false;
     return_to(i, saved.state(i));
+    return true;
+  }
+  /// The same of all members.
+  bool restore(const InsertionBatch& saved) noexcept {
+    if (!of_same_models(saved)) return false;
+    if (plain_ && saved.plain_)
+      columns_ = saved.columns_;
+    else
+      for (std::size_t i = 0; i < size_; ++i) return_to(i, saved.state(i));
     return true;
   }
   bool of_same_models(const InsertionBatch& other) const noexcept {
