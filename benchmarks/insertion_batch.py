@@ -48,6 +48,18 @@ def in_layers(count: int):
     return paper.replace(puncture=puncture, deeper=tuple(nf.Layer(top=top, **parts) for top in tops))
 
 
+def first_cost(model, n: int, seconds: float) -> float:
+    """Of a step from outside through touch and puncture, each member with a model of its own [ns]: what a tip's table
+    takes does not come again."""
+    batch, motion = nf.InsertionBatch([model] * n), np.linspace(-1e-3, 12e-3, 300)[:, None].repeat(n, 1)
+
+    def work():
+        batch.reset()
+        batch.run(motion, 0.01)
+
+    return 1e9 * shortest(work, seconds) / motion.size
+
+
 def step_cost(batch: nf.InsertionBatch, seconds: float) -> float:
     """Of a member in a step that gives all its numbers [ns]."""
     places = [np.full(len(batch), 12e-3 + shift) for shift in (0.0, 2e-6)]
@@ -92,6 +104,11 @@ def main() -> None:
     for n in (1, 10, 100, 1000, 10_000, 100_000, 1_000_000):
         table.add_row(f"{n:,}", *costs(sliding(model, n), seconds))
     table.add_row("10,000, each its own model", *costs(sliding(model, 10_000, own=True), seconds))
+    table.add_row(
+        "1000 blunted_cone, each its own, from outside",
+        "",
+        f"{first_cost(nf.preset('blunted_cone'), 1000, seconds):.1f}",
+    )
     for name, each in (
         ("two layers of the paper's", in_layers(2)),
         ("four layers of the paper's", in_layers(4)),

@@ -108,6 +108,10 @@ void bind_batch(nb::module_& module) {
               new (self) InsertionBatch(std::move(stacks), limits, bevel);
           },
           nb::arg("models"), nb::arg("n").none(), nb::arg("limits") = Limits{}, nb::arg("bevel") = Bevel{})
+      .def(
+          "__init__",
+          [](InsertionBatch* self, const InsertionBatch& other) { new (self) InsertionBatch(other); },
+          nb::arg("other"))
       .def("_step", &step, nb::arg("depths"), nb::arg("velocities").none(), nb::arg("dt"), nb::arg("threads"),
            "Rows of the samples' numbers.")
       .def("_run", &run, nb::arg("depths"), nb::arg("dt"), nb::arg("threads"), "The forces [N], as depths.")
@@ -128,7 +132,7 @@ void bind_batch(nb::module_& module) {
             if (members)
               each(self, members, [&](std::size_t i) { self.restore(i, saved); });
             else
-              self = saved;
+              self.restore(saved);
           },
           nb::arg("saved"), nb::arg("members").none(), "Back to a copy.")
       .def(

@@ -29,21 +29,21 @@ namespace needleforce {
 template <class Real>
 class BasicPreparedInsertion {
  public:
-  /// Checks and prepares the model; with an invalid one every step gives force 0 and `invalid_parameter`.
+  /// Checks the model unless its tip's table is given; an invalid one has `invalid_parameter`, force 0.
   explicit BasicPreparedInsertion(std::span<const Layer> layers, const Limits& limits = {},
-                                  const Bevel& bevel = {}) noexcept
-      : BasicPreparedInsertion(layers, layers, limits, bevel) {}
+                                  const Bevel& bevel = {}, const TipTable* tip = nullptr) noexcept
+      : BasicPreparedInsertion(layers, layers, limits, bevel, tip) {}
 
   /// The same for `numbers`, which are `layers` with derivatives.
   BasicPreparedInsertion(std::span<const Layer> layers, std::span<const BasicLayer<Real>> numbers,
-                         const Limits& limits, const Bevel& bevel) noexcept
+                         const Limits& limits, const Bevel& bevel, const TipTable* tip = nullptr) noexcept
       : limits_(limits),
-        valid_(!first_fault(layers).reason && valid(limits) && !first_invalid(bevel)),
+        valid_(tip || (!first_fault(layers).reason && valid(limits) && !first_invalid(bevel))),
         count_(valid_ ? layers.size() : 1) {
     if (!valid_) return;
     lateral_ratio_ = bevel.lateral_ratio();
     model_ = fingerprint(layers);
-    if (const auto* law = detail::first_tip(layers)) tip_ = TipTable(law->tip, law->radius);
+    tip_ = tip ? *tip : table_of_tip(layers);
     for (std::size_t i = 0; i < layers.size(); ++i) layers_[i] = BasicPreparedLayer<Real>(numbers[i], tip_);
     for (std::size_t i = 1; i < layers.size(); ++i) {
       // a law that stands alone has a spring of its own in each layer

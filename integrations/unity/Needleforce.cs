@@ -6,6 +6,7 @@ using System;
 using System.Collections;
 using System.Collections.Generic;
 using System.Globalization;
+using System.Linq;
 using System.Runtime.InteropServices;
 
 namespace Needleforce {
@@ -184,11 +185,7 @@ public sealed class Insertion : Remembering {
       memory, Native.nf_size(), arena.Layers(layers), Arena.Count(layers), ref settings, out why));
   }
   /// <summary>One cycle: depth [m], velocity [m/s] or No.Velocity, time since the last step [s].</summary>
-  public Sample Step(double depth, double velocity, double dt) {
-    Sample sample;
-    Native.nf_step_v2(this, depth, velocity, dt, out sample);
-    return sample;
-  }
+  public Sample Step(double depth, double velocity, double dt) { Native.nf_step_v2(this, depth, velocity, dt, out Sample sample); return sample; }
 }
 
 /// <summary>The same in a solid that was condensed onto the path, as Tissue.condense of the Python package gives it.</summary>
@@ -201,11 +198,7 @@ public sealed class Solid : Remembering {
     Make((IntPtr memory, Arena arena, out Fault why) => Native.nf_solid_init_v2(
       memory, Native.nf_solid_size(), arena.Layers(layers), Arena.Count(layers), ref settings, spacing, (UIntPtr)nodes, compliance, out why));
   }
-  public Sample Step(double depth, double velocity, double dt) {
-    Sample sample;
-    Native.nf_solid_step_v2(this, depth, velocity, dt, out sample);
-    return sample;
-  }
+  public Sample Step(double depth, double velocity, double dt) { Native.nf_solid_step_v2(this, depth, velocity, dt, out Sample sample); return sample; }
   public double Tip { get { return Native.nf_solid_tip(this); } }  // [m] along the path, in the undeformed tissue
   public double[] Forces() { return Native.Filled(this, Native.nf_solid_forces, 1); }                // [N] at the nodes
   public double[] Displacements() { return Native.Filled(this, Native.nf_solid_displacements, 1); }  // [m]
@@ -213,21 +206,14 @@ public sealed class Solid : Remembering {
 
 /// <summary>A needle that bends: motion of its base in; tip, shape and forces out. `axial` is copied.</summary>
 public sealed class FlexibleInsertion : Remembering {
-  public FlexibleInsertion(Insertion axial, Bending bending)
+  delegate IntPtr Along(IntPtr memory, UIntPtr size, NativeObject axial, IntPtr bending, out Fault why);
+  public FlexibleInsertion(Insertion axial, Bending bending) : this(axial, bending, Native.nf_bend_init_v2) {}
+  public FlexibleInsertion(Solid axial, Bending bending) : this(axial, bending, Native.nf_bend_init_in_solid_v2) {}
+  FlexibleInsertion(NativeObject axial, Bending bending, Along init)
     : base(Native.nf_bend_size, Native.nf_bend_reset, Native.nf_bend_snapshot_size, Native.nf_bend_snapshot, Native.nf_bend_restore) {
-    Make((IntPtr memory, Arena arena, out Fault why) => Native.nf_bend_init_v2(
-      memory, Native.nf_bend_size(), axial, arena.Bending(bending), out why));
+    Make((IntPtr memory, Arena arena, out Fault why) => init(memory, Native.nf_bend_size(), axial, arena.Bending(bending), out why));
   }
-  public FlexibleInsertion(Solid axial, Bending bending)
-    : base(Native.nf_bend_size, Native.nf_bend_reset, Native.nf_bend_snapshot_size, Native.nf_bend_snapshot, Native.nf_bend_restore) {
-    Make((IntPtr memory, Arena arena, out Fault why) => Native.nf_bend_init_in_solid_v2(
-      memory, Native.nf_bend_size(), axial, arena.Bending(bending), out why));
-  }
-  public Bent Step(Base at, double dt) {
-    Bent bent;
-    Native.nf_bend_step_v2(this, ref at, dt, out bent);
-    return bent;
-  }
+  public Bent Step(Base at, double dt) { Native.nf_bend_step_v2(this, ref at, dt, out Bent bent); return bent; }
   /// <summary>x, y, z of each point from the base to the tip [m].</summary>
   public double[] Shape() { return Native.Filled(this, Native.nf_bend_shape, 3); }
 }
@@ -243,41 +229,22 @@ public abstract class AnyGuard : NativeObject {
     Make((IntPtr memory, Arena arena, out Fault why) => init(
       memory, size(), needle, arena.List(limits), (UIntPtr)(ulong)limits.Given.Count, out why));
   }
-  protected override bool ReleaseHandle() {
-    if (held) needle.DangerousRelease();
-    return base.ReleaseHandle();
-  }
+  protected override bool ReleaseHandle() { if (held) needle.DangerousRelease(); return base.ReleaseHandle(); }
 }
 public sealed class Guard : AnyGuard {
   public Guard(Insertion insertion, Numbers limits) : base(Native.nf_guard_size, insertion, limits, Native.nf_guard_init_v2) {}
   public Guard(Solid solid, Numbers limits) : base(Native.nf_guard_size, solid, limits, Native.nf_guard_init_in_solid_v2) {}
-  public Output Step(double depth, double velocity, double dt) {
-    Output output;
-    Native.nf_guard_step_v2(this, depth, velocity, dt, out output);
-    return output;
-  }
+  public Output Step(double depth, double velocity, double dt) { Native.nf_guard_step_v2(this, depth, velocity, dt, out Output output); return output; }
   /// <summary>A cycle without a measurement.</summary>
-  public Output Miss(double dt) {
-    Output output;
-    Native.nf_guard_miss_v2(this, dt, out output);
-    return output;
-  }
+  public Output Miss(double dt) { Native.nf_guard_miss_v2(this, dt, out Output output); return output; }
   public void Reset() { Native.nf_guard_reset(this); }
 }
 /// <summary>The same around a needle that bends: one account of energy for all coordinates of its base.</summary>
 public sealed class BaseGuard : AnyGuard {
   public BaseGuard(FlexibleInsertion needle, Numbers limits) : base(Native.nf_base_guard_size, needle, limits, Native.nf_base_guard_init_v2) {}
-  public BaseOutput Step(Base at, double dt) {
-    BaseOutput output;
-    Native.nf_base_guard_step_v2(this, ref at, dt, out output);
-    return output;
-  }
+  public BaseOutput Step(Base at, double dt) { Native.nf_base_guard_step_v2(this, ref at, dt, out BaseOutput output); return output; }
   /// <summary>A cycle without a measurement.</summary>
-  public BaseOutput Miss(double dt) {
-    BaseOutput output;
-    Native.nf_base_guard_miss_v2(this, dt, out output);
-    return output;
-  }
+  public BaseOutput Miss(double dt) { Native.nf_base_guard_miss_v2(this, dt, out BaseOutput output); return output; }
   public void Reset() { Native.nf_base_guard_reset(this); }
 }
 
@@ -304,18 +271,13 @@ sealed class Arena : IDisposable {
   public void Dispose() { foreach (IntPtr block in blocks) Marshal.FreeHGlobal(block); }
   internal static UIntPtr Count(Array items) { return (UIntPtr)(ulong)(items == null ? 0 : items.Length); }
 
+  IntPtr Freed(IntPtr block) { blocks.Add(block); return block; }  // with the others
   IntPtr Zeros(int size) {
-    IntPtr block = Marshal.AllocHGlobal(Math.Max(size, 8));
-    blocks.Add(block);
+    IntPtr block = Freed(Marshal.AllocHGlobal(Math.Max(size, 8)));
     Marshal.Copy(new byte[size], 0, block, size);
     return block;
   }
-  IntPtr Text(string text) {
-    if (text == null) return IntPtr.Zero;
-    IntPtr block = Marshal.StringToHGlobalAnsi(text);
-    blocks.Add(block);
-    return block;
-  }
+  IntPtr Text(string text) { return text == null ? IntPtr.Zero : Freed(Marshal.StringToHGlobalAnsi(text)); }
   internal IntPtr Doubles(double[] values) {
     if (values == null) return IntPtr.Zero;
     IntPtr block = Zeros(8 * values.Length);
@@ -371,11 +333,7 @@ sealed class Arena : IDisposable {
       Pairs(layers, LateralSize * i, bending.Layers[i], 8, "a lateral layer");
       Marshal.WriteIntPtr(layers, LateralSize * i + 128, Text(bending.Layers[i].Form));
     }
-    double[] sections = new double[3 * bending.Sections.Length];
-    for (int i = 0; i < bending.Sections.Length; ++i) {
-      Section each = bending.Sections[i];
-      new[] { each.End, each.Stiffness, each.Curvature }.CopyTo(sections, 3 * i);
-    }
+    double[] sections = bending.Sections.SelectMany(each => new[] { each.End, each.Stiffness, each.Curvature }).ToArray();
     IntPtr[] members = { layers, (IntPtr)bending.Layers.Length, Doubles(sections), (IntPtr)bending.Sections.Length, List(bending.Lengths),
                          (IntPtr)bending.Lengths.Given.Count };
     Marshal.Copy(members, 0, block, members.Length);

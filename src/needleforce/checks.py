@@ -91,7 +91,7 @@ def in_range(
 
 def random_seed(value: int, quantity: str = "seed") -> int:
     """The value if random numbers can begin with it."""
-    if isinstance(value, int | np.integer) and 0 <= value < 1 << 63:
+    if isinstance(value, int | np.integer) and not isinstance(value, bool) and 0 <= value < 1 << 63:
         return value
     limit = "must be a whole number, at least 0 and below 2^63"
     raise InputError(quantity, repr(value)[:60], limit, next_step="Give 1.")

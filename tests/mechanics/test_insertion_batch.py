@@ -79,6 +79,23 @@ def test_each_member_may_have_a_model_of_its_own():
     as_single(nf.InsertionBatch(mixed), singles(mixed, 3), motions(900, 3, 5), None, 2e-3)
 
 
+def test_members_with_the_same_tip_have_one_table_and_each_its_own_modulus():
+    """The table of a tip takes longer than thousands of steps: it is made once, and kept as long as the tip."""
+    sharp = PAPER.replace(stiffness=nf.laws.TipContact(1e5, 0.5e-3, tip=core.tips.TangentOgive(0.5e-3, 2e-3)))
+    softer = sharp.replace(stiffness=nf.laws.TipContact(4e4, 0.5e-3, tip=sharp.stiffness.tip))
+    stack = (deeper(4e-3, 1e-3), deeper(7e-3, 1e-3, stiffness=softer.stiffness))
+    models = [each.replace(deeper=stack) for each in (sharp, softer, softer, PAPER, PAPER, sharp)]
+    batch, engines = nf.InsertionBatch(models), singles(models, 6)
+    as_single(batch, engines, motions(900, 6, 14)[:500], None, 1e-3)
+    batch.replace(1, models[0])
+    engines[1] = nf.Insertion(models[0])
+    as_single(batch, engines, motions(900, 6, 14)[500:], None, 1e-3)
+    thinner = PAPER.replace(stiffness=nf.laws.TipContact(1e5, 0.4e-3, tip=core.tips.TangentOgive(0.4e-3, 2e-3)))
+    alike, apart = [sharp, softer, softer, sharp, sharp], [sharp, thinner, softer, thinner, sharp]
+    bytes_of = [nf.InsertionBatch(models).nbytes for models in ([PAPER] * 5, alike, apart)]
+    assert bytes_of[0] == bytes_of[1] < bytes_of[2] - 4 * 500
+
+
 def test_a_dimple_that_stays_with_long_presliding():
     model = nf.preset("paper").replace(friction=nf.laws.Coulomb(per_length=25.0, presliding=2e-3, dimple_ratio=0.7))
     as_single(nf.InsertionBatch(model, 7), singles(model, 7), motions(1200, 7, 12), None, 1e-3)
@@ -123,6 +140,23 @@ def test_some_members_start_again_or_return(name):
     as_single(batch, engines, depths[500:700], None, 1e-3)
     batch.restore(saved)
     as_single(batch, kept, depths[500:700], None, 1e-3)
+
+
+@pytest.mark.parametrize("members", [None, [0, 2, 3], [True, False, True, True]])
+@pytest.mark.parametrize("kept", [{}, {"hold_time": 0.1}])  # its members stand in columns, or not
+def test_what_returns_is_the_memory_and_settings_stay(members, kept):
+    faster = nf.InsertionBatch(PAPER, 4, max_speed=0.5)
+    slower = nf.InsertionBatch(PAPER, 4, max_speed=1e-2, bevel=BEVEL, **kept)
+    faster.run(np.linspace(0.0, 9e-3, 40)[:, None] * np.ones(4), 1e-2)
+    slower.restore(faster, members)
+    for engine, allowed, lateral in ((faster.snapshot(), True, False), (slower, False, True)):
+        refused = engine.snapshot().step(10e-3, None, 1e-2)  # 0.1 m/s
+        assert (refused.status == 0)[[0, 2, 3]].tolist() == [allowed] * 3
+        followed = engine.step(9.05e-3, None, 1e-2)  # 5 mm/s: within both
+        assert not followed.status[[0, 2, 3]].any() and np.all((followed.lateral[[0, 2, 3]] != 0.0) == lateral)
+    alone = nf.Insertion(PAPER)
+    alone.forces(np.linspace(0.0, 9e-3, 40), np.full(40, 1e-2))
+    assert np.all(followed.force[[0, 2, 3]] == alone.step(9.05e-3, None, 1e-2).force)
 
 
 @pytest.mark.parametrize("others", ["paper_116", "lugre", "layered"])

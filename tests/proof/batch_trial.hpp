@@ -30,7 +30,8 @@ class BatchTrial {
     for (std::size_t i = 0; i < members; ++i)
       require(same_.restore(i, kept_) && own_.restore(i, kept_) == own_.of_same_models(kept_),
               "a member is put back"),
-          own_.return_to(i, kept_.state(i)), moved_.return_to(i, kept_.state(i));
+          own_.return_to(i, kept_.state(i));
+    require(moved_.restore(kept_), "all members are put back");
   }
   /// `numbers` are those of the engine's sample.
   void step(double depth, double velocity, double dt, const std::array<double, batch_rows>& numbers) {

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The environments follow Gymnasium's rules, seeds decide everything, and a script succeeds where chance does not."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -88,7 +89,13 @@ def test_after_the_end_and_other_input_that_is_refused():
         (lambda: NeedleVectorEnv(num_envs=2).reset(options={"reset_mask": np.ones(2, int)}), "is int64 .*boolean"),
         (lambda: NeedleVectorEnv(num_envs=2).reset(seed=[1]), "1 numbers, not 2"),
         (lambda: NeedleVectorEnv(num_envs=2).reset(seed="a"), "seed"),
+        (lambda: NeedleVectorEnv(num_envs=2).reset(seed=1.5), "seed is 1.5, must be a whole number"),
+        (lambda: NeedleVectorEnv(num_envs=2).reset(seed=[1, 1.5]), "seed of needle 1 is 1.5"),
+        (lambda: NeedleEnv().reset(seed=True), "seed is True"),
+        (lambda: policy("random", "hold", 2, seed=1.5), "seed is 1.5"),
+        (lambda: policy("best", "hold", 2), "random, threshold, scripted"),
         (lambda: NeedleVectorEnv(num_envs=-1), "num_envs"),
+        (lambda: NeedleVectorEnv(num_envs=1.5), "num_envs is 1.5, not a whole number"),
         (lambda: NeedleEnv(render_mode="human"), "nothing is drawn"),
     ):
         with pytest.raises(nf.InputError, match=words):
@@ -118,11 +125,14 @@ def test_models_of_fits_and_campaigns(root, tmp_path):
     fit.write_text(nf.identify(nf.read(recording), needle="paper").to_json())
     found = campaign(tmp_path.glob("*.csv"), pattern="{tissue}_{repeat}", needle="paper", jobs=1)
     done.write_text(found.to_json())
-    many = NeedleVectorEnv("find", 50, models=[nf.preset("stribeck"), fit, str(done)])
+    page, gel = (root / "docs" / "reference" / "hosts.md").read_text(encoding="utf-8"), tmp_path / "gel.toml"
+    gel.write_text(re.search(r"```toml\n(.*?)```", page, re.S)[1])
+    many = NeedleVectorEnv("find", 50, models=[nf.preset("stribeck"), fit, str(done), str(gel)])
     many.reset(seed=1)
-    expected = [nf.preset("stribeck"), nf.preset(fit), *(each.model for each in found.conditions)]
+    expected = [nf.preset("stribeck"), nf.preset(fit), *(each.model for each in found.conditions), nf.preset(gel)]
+    assert expected[-1].puncture_depth == 3.16e-3 and expected[-1].cutting.force == 0.106
     assert [tissue.model.layers for tissue in many.tissues] == [model.layers for model in expected]
-    assert len(expected) == 4 and set(many.batch.models) == {tissue.model for tissue in many.tissues}
+    assert len(expected) == 5 and set(many.batch.models) == {tissue.model for tissue in many.tissues}
     assert successes(many, policy("scripted", "find", 50), 3)[0] > 0.9
     (tmp_path / "mine.json").write_text('{"conditions": [{"preset": null}]}')
     for wrong, words in (("mine.toml", r"mine\.toml"), ("mine.json", r"mine\.json: campaign.*no condition has")):

@@ -59,7 +59,7 @@ def test_it_has_the_forces_of_the_engine(needles, name, real, tolerance):
     assert np.abs(expected).max() > 0.1 and np.any(expected < 0.0)
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=tolerance * np.abs(expected).max())
     many.reset()
-    assert np.all(many.step(depths[0], DT).numpy() == found[0])
+    assert np.all(many.step(depths[0], DT).numpy() == found[0]) and not many.status.any()
 
 
 CASES = ("bad_numbers", "dragged", "paper", "physical")  # the others have laws that Warp has not
@@ -110,11 +110,24 @@ def test_a_model_for_each_and_what_is_refused(needles):
     found = np.array([many.step(row, DT).numpy().copy() for row in depths])
     np.testing.assert_allclose(found, nf.InsertionBatch(three).run(depths, DT), rtol=0.0, atol=1e-9)
     assert len(needles(three[0], 0).step(np.zeros(0), DT)) == 0
+    moves = [([0.0, 1e-3, 2e-3], DT), ([1e-3, np.nan, 0.9], DT), (1e-3, 0.0), (1e-3, np.nan), (1e-3, 1.0), (1e-3, DT)]
+    batch, many = nf.InsertionBatch(three, max_speed=0.5), needles(three, max_speed=0.5)
+    for depth, dt in moves:
+        many.step(depth, dt)
+        assert many.status.tolist() == batch.step(depth, None, dt).status.tolist(), (depth, dt)
     for wrong, words in (
         (lambda: needles(nf.preset("lugre"), 2), "lugre.*InsertionBatch, which has every law"),
         (lambda: needles(three, 2), "not the number of models, 3"),
         (lambda: needles("paper", 2), "model 0"),
+        (lambda: needles([]), "at least one model"),
+        (lambda: needles(three[0], 1.5), "n is 1.5, not a whole number"),
+        (lambda: needles(three[0], 2, real=float), "real is .*float.*Give warp.float64"),
+        (lambda: needles(three[0], 2, device="cuda:99"), "device is 'cuda:99', no device that Warp finds here.*cpu"),
         (lambda: many.step(np.zeros(2), DT), "the shape of depths"),
+        (lambda: many.step(["a", "b", "c"], DT), "depths is .*not real numbers"),
+        (lambda: many.step(wp.zeros(3, dtype=wp.float32), DT), "not float64 .3,.. Give an array of Warp like force"),
+        (lambda: many.step(np.zeros(3), [DT] * 3), "the shape of dt is .3,., not one number"),
+        (lambda: many.step(np.zeros(3), None), "dt is None, not real numbers"),
         (lambda: needles(three, max_speed=0.0), "max_speed"),
     ):
         with pytest.raises(nf.InputError, match=words):

@@ -14,7 +14,7 @@ import uvicorn
 from studio_server import answer, running
 
 import needleforce as nf
-from needleforce.studio import access, page_files, recording_jobs, server
+from needleforce.studio import access, live, page_files, recording_jobs, server
 from needleforce.studio.reading_choices import FileChoices, FitChoices
 
 SLOW = (sys.executable, "-c", "import time; time.sleep(60)")
@@ -204,6 +204,40 @@ def test_what_nobody_asks_for_is_ended_and_forgotten(slow, monkeypatch):
         monkeypatch.setattr(recording_jobs, "MAX_TOTAL_BYTES", 25)
         keys = [await jobs.receive("a.csv", pieces(b"1" * 10)) for _ in range(3)]
         assert list(jobs.uploads) == keys[1:]  # the one that was not used for longest made room
+        await jobs.close()
+
+    of_its_own_loop(all_of_it)
+
+
+def test_what_is_ended_while_its_process_begins_leaves_none(slow, monkeypatch, tmp_path):
+    monkeypatch.setattr(live, "COMMAND", SLOW)
+    exec_as_usual, begun = asyncio.create_subprocess_exec, []
+
+    async def all_of_it():
+        ended = asyncio.Event()
+
+        async def begins(*command, **options):
+            process = await exec_as_usual(*command, **options)
+            begun.append(process)
+            await ended.wait()
+            return process
+
+        monkeypatch.setattr(asyncio, "create_subprocess_exec", begins)
+        async with asyncio.timeout(30):
+            jobs, watched = recording_jobs.RecordingJobs(), live.Live(live.Setup(folder=tmp_path))
+            key = await jobs.receive("a.csv", pieces(b"1"))
+            job = jobs.jobs[jobs.start(FitChoices(files=[FileChoices(key=key)]))]
+            start = asyncio.create_task(watched.start({"rig": "virtual", "tissue": "paper", "surface": 0.0}))
+            while len(begun) < 2:
+                await asyncio.sleep(0.01)
+            jobs.cancel(job)
+            await watched.close()
+            ended.set()
+            await asyncio.gather(job.task, start)
+        left = [process for process in begun if process.returncode is None]
+        for process in left:
+            process.kill()
+        assert not left and job.state == "cancelled"
         await jobs.close()
 
     of_its_own_loop(all_of_it)

@@ -31,8 +31,8 @@ class ContactRows {
     for (std::size_t k = 0; k < task.laws.layers.size(); ++k)
       for (std::size_t i = 0; i < width; ++i)
         if (!pierced(task, k, i))
-          dispatch(task.laws.contact(law_of(task, i), k),
-                   [&](const auto& contact) { add(task, contact, width, k, i); });
+          task.laws.on_contact(law_of(task, i), k,
+                               [&](const auto& contact) { add(task, contact, width, k, i); });
     return {force_.data(), slope_.data(), beyond_.data()};
   }
 

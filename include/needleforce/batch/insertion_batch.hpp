@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <utility>
 #include <variant>
@@ -37,9 +38,9 @@ class InsertionBatch {
   /// Memory that it takes [B].
   std::size_t bytes() const noexcept {
     const std::size_t columns = laws_.layers.size();
-    return sizeof(double) * (size_ * (7 + 2 * columns) + (same_ ? most_lanes : size_) * 9 * columns) +
-           laws_.contacts.size() * sizeof(laws_.contacts[0]) + layers_.size() * columns * sizeof(Layer) +
-           prepared_.size() * sizeof(PreparedInsertion) + states_.size() * sizeof(InsertionState);
+    return sizeof(double) * size_ * (7 + 2 * columns) + laws_.bytes() +
+           layers_.size() * columns * sizeof(Layer) + prepared_.size() * sizeof(PreparedInsertion) +
+           states_.size() * sizeof(InsertionState);
   }
   /// True where members are stepped several at a time.
   bool plain() const noexcept { return plain_; }
@@ -79,10 +80,20 @@ class InsertionBatch {
       states_[i] = state;
   }
 
-  /// The member as it is in another batch of the same models; false and unchanged if that one has others.
+  /// The member as it is in another batch of the same models, with the limits and the bevel of this one;
+  /// false and unchanged if that one has others.
   bool restore(std::size_t i, const InsertionBatch& saved) noexcept {
     if (!of_same_models(saved)) return false;
     return_to(i, saved.state(i));
+    return true;
+  }
+  /// The same of all members.
+  bool restore(const InsertionBatch& saved) noexcept {
+    if (!of_same_models(saved)) return false;
+    if (plain_ && saved.plain_)
+      columns_ = saved.columns_;
+    else
+      for (std::size_t i = 0; i < size_; ++i) return_to(i, saved.state(i));
     return true;
   }
   bool of_same_models(const InsertionBatch& other) const noexcept {
@@ -101,8 +112,8 @@ class InsertionBatch {
     prints_[i] = fingerprint(layers);
     models_ += at_its_place(i);
     if (plain_) {
+      laws_.put(i, layers, same_tip(layers, layers_[i]) ? laws_.tips[i] : table(layers));
       layers_[i] = stack[0];
-      laws_.put(i, layers);
     } else {
       prepared_[i] = PreparedInsertion(layers, limits_, bevel_);
     }
@@ -128,13 +139,24 @@ class InsertionBatch {
       return;
     }
     layers_ = std::move(stacks);
-    if (same) prepared_.emplace_back(layers_[0], limits, bevel);
     find_laws();
+    if (same) prepared_.push_back(prepared_again(0));
   }
 
+  /// Members next to each other with the same tip have one table.
   void find_laws() {
     laws_ = PlainLaws(same_ ? most_lanes : size_, layers_.empty() ? 0 : layers_[0].size());
-    for (std::size_t i = 0; i < (same_ ? most_lanes : size_); ++i) laws_.put(i, layers_[same_ ? 0 : i]);
+    for (std::size_t i = 0; i < laws_.tips.size(); ++i) {
+      const auto &stack = layers_[same_ ? 0 : i], &above = layers_[same_ || i == 0 ? 0 : i - 1];
+      laws_.put(i, stack, i > 0 && same_tip(stack, above) ? laws_.tips[i - 1] : table(stack));
+    }
+  }
+  static PlainLaws::Tip table(std::span<const Layer> layers) {
+    return std::make_shared<const TipTable>(table_of_tip(layers));
+  }
+  /// The layers of a member in columns, of which the table, which takes longest, was made before.
+  PreparedInsertion prepared_again(std::size_t i) const noexcept {
+    return PreparedInsertion(layers_[i], limits_, bevel_, laws_.tips[i].get());
   }
   std::size_t law_of(std::size_t i) const noexcept { return same_ ? 0 : i; }
 
@@ -169,7 +191,7 @@ class InsertionBatch {
   void leave_columns() {
     for (std::size_t i = 0; i < size_; ++i) {
       states_.push_back(state(i));
-      prepared_.emplace_back(layers_[i], limits_, bevel_);
+      prepared_.push_back(prepared_again(i));
     }
     plain_ = false;
     columns_ = PlainColumns(0, 0);
@@ -224,8 +246,7 @@ class InsertionBatch {
         return prepared.step(remembered, task.motion.depths(t)[i], task.motion.velocity_of(i, t),
                              task.motion.dt_of(i, t));
       };
-      task.out.put(i, same_ ? stepped(prepared_[0]) : stepped(PreparedInsertion(layers_[i], limits_, bevel_)),
-                   t);
+      task.out.put(i, same_ ? stepped(prepared_[0]) : stepped(prepared_again(i)), t);
       columns_.remember(i, remembered);
     }
   }

@@ -5,10 +5,14 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
+#include <memory>
 #include <span>
+#include <utility>
 #include <variant>
 #include <vector>
 
+#include "../layer.hpp"
 #include "../model.hpp"
 #include "../model_fingerprint.hpp"
 #include "../state.hpp"
@@ -44,24 +48,39 @@ struct PlainLayerLaws {
 
 /// The laws of each member, or those of all, as often as is read at a time.
 struct PlainLaws {
+  using Tip = std::shared_ptr<const TipTable>;  // which members, copies of a batch too, may have in common
   std::vector<PlainLayerLaws> layers;
-  std::vector<Prepared<Stiffness>> contacts;  // of all layers of a member in turn
+  std::vector<BasicLayerContact<double>> contacts;  // of all layers of a member in turn
+  std::vector<Tip> tips;
 
-  PlainLaws(std::size_t n, std::size_t count) : layers(count, PlainLayerLaws(n)), contacts(n * count) {}
+  PlainLaws(std::size_t n, std::size_t count)
+      : layers(count, PlainLayerLaws(n)), contacts(n * count), tips(n) {}
 
-  const Prepared<Stiffness>& contact(std::size_t i, std::size_t layer) const noexcept {
-    return contacts[i * layers.size() + layer];
+  /// Calls `visit` with a contact law.
+  template <class Visit>
+  decltype(auto) on_contact(std::size_t i, std::size_t layer, Visit visit) const noexcept {
+    return contacts[i * layers.size() + layer].on(*tips[i], visit);
   }
-  void put(std::size_t i, std::span<const Layer> stack) {
+  /// Memory that it takes [B].
+  std::size_t bytes() const noexcept {
+    std::size_t tables = 0;
+    for (std::size_t i = 0; i < tips.size(); ++i) tables += i == 0 || tips[i] != tips[i - 1];
+    return contacts.size() * (sizeof(contacts[0]) + 9 * sizeof(double)) + tips.size() * sizeof(Tip) +
+           tables * sizeof(TipTable);
+  }
+  void put(std::size_t i, std::span<const Layer> stack, Tip tip) {
+    tips[i] = std::move(tip);
     double root = 0.0;
     for (std::size_t k = 0; k < stack.size(); ++k) {
       const Layer& layer = stack[k];
-      auto& contact = contacts[i * layers.size() + k];
-      contact = prepare(layer.laws.stiffness);
+      contacts[i * layers.size() + k] = BasicLayerContact<double>(layer.laws.stiffness);
       const auto friction = std::get<laws::Coulomb>(layer.laws.friction).prepare();
       PlainLayerLaws& laws = layers[k];
       laws.top[i] = layer.top;
-      laws.puncture[i] = layer.top + puncture_depth(layer.laws.puncture, contact);
+      laws.puncture[i] = layer.top + on_contact(i, k, [&](const auto& contact) {
+                           return dispatch(layer.laws.puncture,
+                                           [&](const auto& law) { return law.puncture_depth(contact); });
+                         });
       laws.surface[i] = friction.surface(layer.top, laws.puncture[i]);
       laws.per_length[i] = friction.per_length;
       laws.stiffness[i] = friction.stiffness;
@@ -124,8 +143,8 @@ struct PlainColumns {
       bottom = surface;
       if (layer.pierced) continue;
       layer.indentation = std::max(0.0, depth[i] - laws.layers[k].top[law]);
-      layer.contact_force = dispatch(laws.contact(law, k),
-                                     [&](const auto& contact) { return contact.force(layer.indentation); });
+      layer.contact_force =
+          laws.on_contact(law, k, [&](const auto& contact) { return contact.force(layer.indentation); });
     }
     return state;
   }

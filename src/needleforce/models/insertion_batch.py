@@ -93,8 +93,6 @@ class InsertionBatch(core.InsertionBatch):
         self.threads, self._models = whole_number("threads", threads, 1), each
         limits = core.Limits(max_speed=max_speed, hold_time=hold_time, depth_noise=depth_noise)
         self._make([model.stack for model in each], count if alone else None, limits, bevel or core.Bevel())
-        limited = {"max_speed": max_speed, "hold_time": hold_time, "depth_noise": depth_noise}
-        self._options = {**limited, "bevel": bevel, "threads": threads}
 
     def _make(self, stacks: list, n: int | None, limits: core.Limits, bevel: core.Bevel) -> None:
         try:
@@ -186,13 +184,14 @@ class InsertionBatch(core.InsertionBatch):
 
     def snapshot(self) -> "InsertionBatch":
         """A copy with its state, which can be stepped independently or passed to ``restore``."""
-        alone = len(self._models) == 1
-        copy = InsertionBatch(self._models[0] if alone else self._models, len(self), **self._options)
-        copy._restore(self, None)
+        copy = InsertionBatch.__new__(InsertionBatch)
+        core.InsertionBatch.__init__(copy, self)
+        copy.threads, copy._models = self.threads, list(self._models)
         return copy
 
     def restore(self, snapshot: "InsertionBatch", members: ArrayLike | None = None) -> None:
-        """Some members, or all, as they were at a ``snapshot()``."""
+        """Some members, or all, as they were at a ``snapshot()``: depth, cut and forces. What the batch was made with,
+        such as ``max_speed``, stays its own, also where the snapshot is of a batch of the same models with another."""
         instance_of("snapshot", snapshot, InsertionBatch, "Give what snapshot() gave.")
         self._restore(snapshot, self._places(members))
 

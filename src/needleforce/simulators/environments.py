@@ -10,6 +10,7 @@ import numpy as np
 from ..checks import not_below_zero, one_of, random_seed
 from ..errors import InputError
 from ..models.insertion_batch import InsertionBatch
+from ..models.members import whole_number
 from ..models.model import Model
 from ..preset_files.presets import models_of
 from .tasks import DEEPEST, STILL, TASKS, KnownTissue
@@ -69,7 +70,7 @@ class NeedleVectorEnv(gym.vector.VectorEnv):
     ):
         one_of("task", task, TASKS)
         self.task, self.force_noise = TASKS[task](), not_below_zero("force_noise", force_noise, "N")
-        not_below_zero("num_envs", num_envs)
+        whole_number("num_envs", num_envs, 0)
         given = [models] if isinstance(models, str | PathLike | Model) else models
         given = list(self.task.models if given is None else given)
         if not given:
@@ -105,11 +106,15 @@ class NeedleVectorEnv(gym.vector.VectorEnv):
             Observations (num_envs, 6) and infos.
         """
         if seed is not None:
-            super().reset(seed=seed if isinstance(seed, int | np.integer) else None)
-            seeds = random_seed(seed) + np.arange(self.num_envs) if np.ndim(seed) == 0 else seed
+            one = np.ndim(seed) == 0
+            seeds = [random_seed(seed) + i for i in range(self.num_envs)] if one else list(seed)
             if len(seeds) != self.num_envs:
                 raise InputError("seed", f"{len(seeds)} numbers", f"not {self.num_envs}", next_step="Give one number.")
-            self._randoms = [np.random.default_rng(None if each is None else int(each)) for each in seeds]
+            checked = [
+                None if each is None else random_seed(each, f"seed of needle {i}") for i, each in enumerate(seeds)
+            ]
+            super().reset(seed=int(seed) if one else None)
+            self._randoms = [np.random.default_rng(each) for each in checked]
         mask = (options or {}).get("reset_mask", np.ones(self.num_envs, dtype=bool))
         if np.shape(mask) != (self.num_envs,) or np.asarray(mask).dtype != bool:
             limit = f"not a boolean array ({self.num_envs},)"
@@ -245,8 +250,8 @@ class NeedleEnv(gym.Env):
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[np.ndarray, dict[str, Any]]:
         """A new episode; the same one for the same seed."""
-        super().reset(seed=seed)
         found, infos = self.one.reset(seed=seed)
+        super().reset(seed=None if seed is None else int(seed))
         return found[0], infos
 
     def step(self, action: np.ndarray) -> tuple[np.ndarray, float, bool, bool, dict[str, Any]]:

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from ..checks import one_of, random_seed
 from .environments import MAX_SPEED, NeedleVectorEnv
+from .tasks import TASKS
 
 Policy = Callable[[np.ndarray, np.ndarray], np.ndarray]
 FULL = 1e3 * MAX_SPEED  # mm/s
@@ -33,8 +35,10 @@ def policy(name: str, task: str, num_envs: int, seed: int = 0) -> Policy:
     -------
     callable
     """
+    one_of("policy", name, ("random", "threshold", "scripted"))
+    one_of("task", task, TASKS)
     if name == "random":
-        random = np.random.default_rng(seed)
+        random = np.random.default_rng(random_seed(seed))
         return lambda seen, begun: random.uniform(-1.0, 1.0, (num_envs, 1)).astype(np.float32)
     return _Memory(_SPEEDS[name, task], num_envs)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..checks import above_zero, instance_of
 from ..errors import InputError
+from ..models.members import numbers, one_each, whole_number
 from ..models.model import Layer, Model
 
 try:
@@ -22,8 +23,9 @@ except ImportError as error:
 MAX_LAYERS = 4
 # of a model: law and layers; of a layer: top, puncture, coefficient, saturation, then friction, cutting and relaxation
 HEAD, PER_LAYER = 2, 13
-# of a needle: started, depth, waited, deepest, layers pierced; then of the paper's law or of each layer
+# of a needle: started, depth, waited, deepest, layers pierced; then of the paper's law or of each layer; the status
 KEPT, PER_LAYER_KEPT = 5, 12
+STATUS = KEPT + PER_LAYER_KEPT * MAX_LAYERS
 _PAPER = ("cone", "cone_cylinder"), ("coulomb",), ("constant_cutting", "no_cutting"), ("no_relaxation",)
 _LAYERED = ("cone", "cone_cylinder"), ("dragged_tissue",), ("no_cutting",), ("no_relaxation", "prony")
 
@@ -43,7 +45,8 @@ def needle_force(real: Any = wp.float64) -> Any:
         ``(parameters, model, memory, needle, depth, dt, max_speed)`` gives the force [N], + against the insertion, and
         changes the row ``needle`` of ``memory``: call it once a step. ``parameters`` and ``memory`` are those of
         ``Needles``, ``model`` a row of the first. Depth + inwards [m]; the velocity is the change of depth. Input that
-        the engine refuses gives 0 and changes nothing.
+        the engine refuses gives 0 and changes nothing but column ``STATUS`` of ``memory``: a place in
+        ``list(nf.Status)``, 0 for an accepted step.
     """
 
     @wp.func
@@ -95,15 +98,12 @@ def needle_force(real: Any = wp.float64) -> Any:
                 pressing = contact(wp.max(real(0.0), z - top), p[m, 4], p[m, 5])
         if s[i, 4] == real(0.0):
             return pressing
-        front = wp.max(s[i, 5], z)
-        s[i, 5] = front
-        cutting = full * wp.max(real(0.0), real(1.0) - (front - z) * per_travel)
+        s[i, 5] = wp.max(s[i, 5], z)
+        cutting = full * wp.max(real(0.0), real(1.0) - (s[i, 5] - z) * per_travel)
         entry, retreat = s[i, 6], s[i, 7]
         if z <= entry:
-            if z > retreat:
-                cutting = cutting * (z - retreat) / wp.max(entry - retreat, real(1e-30))
-            else:
-                cutting = real(0.0)
+            left = cutting * (z - retreat) / wp.max(entry - retreat, real(1e-30))
+            cutting = wp.where(z > retreat, left, real(0.0))
         embedded = wp.max(real(0.0), z - surface)
         low = wp.where(embedded > real(0.0), -per_length, real(0.0))
         high = wp.min(per_length, real(2.0) * stiffness * embedded)
@@ -184,8 +184,7 @@ def needle_force(real: Any = wp.float64) -> Any:
     @wp.func
     def press(p: wp.array2d(dtype=real), m: int, s: wp.array2d(dtype=real), i: int, a: int, c: int, z: real, dt: real):
         """The contact of a layer that is not pierced."""
-        h = wp.max(real(0.0), z - p[m, a])
-        coefficient, saturation = p[m, a + 2], p[m, a + 3]
+        h, coefficient, saturation = wp.max(real(0.0), z - p[m, a]), p[m, a + 2], p[m, a + 3]
         instant = contact(h, coefficient, saturation)
         force, _slipped, per_load = load(s, i, c + 4, instant - s[i, c + 4], real(0.0), real(1e30), dt, p, m, a + 9)
         s[i, c + 1] = h
@@ -211,6 +210,7 @@ def needle_force(real: Any = wp.float64) -> Any:
     @wp.func
     def step(parameters: wp.array2d(dtype=real), model: int, memory: wp.array2d(dtype=real), needle: int, depth: real,
              dt: real, max_speed: real):  # fmt: skip
+        memory[needle, STATUS] = wp.where(wp.isfinite(depth) and wp.isfinite(dt), real(1.0), real(3.0))
         if not (dt > real(0.0) and dt <= real(1e9)):
             return real(0.0)
         elapsed = memory[needle, 2] + dt
@@ -226,6 +226,7 @@ def needle_force(real: Any = wp.float64) -> Any:
         memory[needle, 0] = real(1.0)
         memory[needle, 1] = depth
         memory[needle, 2] = real(0.0)
+        memory[needle, STATUS] = real(0.0)
         if parameters[model, 0] == real(0.0):
             return paper(parameters, model, memory, needle, depth, travel, before)
         return layered(parameters, model, memory, needle, depth, travel, memory[needle, 3], elapsed)
@@ -272,7 +273,7 @@ class Needles:
     Raises
     ------
     InputError
-        If a model has a law that Warp does not.
+        If a model has a law that Warp does not, or there is no such device or precision.
     """
 
     def __init__(
@@ -285,15 +286,19 @@ class Needles:
         device: str | None = None,
     ):
         given = [models] if isinstance(models, Model) else list(models)
-        count = len(given) if n is None else n
+        count = len(given) if n is None else whole_number("n", n, 0, "Give how many needles: Needles(model, 1000).")
         rows = [_row(instance_of(f"model {k}", model, Model, "Give nf.preset(…).")) for k, model in enumerate(given)]
-        if count < 0 or (len(given) != 1 and count != len(given)):
+        if not given:
+            raise InputError("models", "[]", "none", next_step="Give at least one model.")
+        if len(given) != 1 and count != len(given):
             raise InputError("n", n, f"not the number of models, {len(given)}", next_step="Leave it out.")
-        self.real, self.max_speed, self.device = real, above_zero("max_speed", max_speed, "m/s"), device
+        if real not in (wp.float64, wp.float32):
+            raise InputError("real", repr(real), "no precision", next_step="Give warp.float64 or warp.float32.")
+        self.real, self.max_speed, self.device = real, above_zero("max_speed", max_speed, "m/s"), _known(device)
         self.parameters = wp.array(np.array(rows), dtype=real, device=device)
         which = np.arange(count) if len(given) == count else np.zeros(count)
         self.which = wp.array(which.astype(np.int32), dtype=int, device=device)
-        self.memory = wp.zeros((count, KEPT + PER_LAYER_KEPT * MAX_LAYERS), dtype=real, device=device)
+        self.memory = wp.zeros((count, STATUS + 1), dtype=real, device=device)
         self.force = wp.zeros(count, dtype=real, device=device)
 
     def __len__(self) -> int:
@@ -315,16 +320,35 @@ class Needles:
             (n,), forces [N]: ``force``, which the next step writes over. Keep a copy, ``.numpy().copy()``.
         """
         if not isinstance(depths, wp.array):
-            depths = wp.array(np.asarray(depths, dtype=float), dtype=self.real, device=self.device)
-        if depths.shape != (len(self),):
-            raise InputError("the shape of depths", depths.shape, f"not ({len(self)},)")
-        inputs = [self.parameters, self.which, self.memory, depths, dt, min(self.max_speed, 1e9), self.force]
+            depths = wp.array(one_each("depths", depths, len(self)), dtype=self.real, device=self.device)
+        if depths.shape != (len(self),) or depths.dtype is not self.real:
+            found, limit = f"{depths.dtype.__name__} {depths.shape}", f"not {self.real.__name__} ({len(self)},)"
+            raise InputError("depths", found, limit, next_step="Give an array of Warp like force.")
+        if (time := numbers("dt", dt, "Give one time for all [s].")).ndim:
+            raise InputError("the shape of dt", time.shape, "not one number", next_step="Give one time for all [s].")
+        limits = [float(time), min(self.max_speed, 1e9)]
+        inputs = [self.parameters, self.which, self.memory, depths, *limits, self.force]
         wp.launch(_kernel(self.real), dim=len(self), inputs=inputs, device=self.device)
         return self.force
+
+    @property
+    def status(self) -> np.ndarray:
+        """Of the last step (n,): places in ``list(nf.Status)``, 0 where the depth was accepted."""
+        return self.memory.numpy()[:, STATUS].astype(np.int8)
 
     def reset(self) -> None:
         """All back to before the first contact; of some, set their rows of ``memory`` to 0."""
         self.memory.zero_()
+
+
+def _known(device: Any) -> Any:
+    """The device, if Warp has it here."""
+    try:
+        wp.get_device(device)
+    except (ValueError, RuntimeError):
+        step = f"Give one of {', '.join(map(str, wp.get_devices()))}, or leave it out."
+        raise InputError("device", repr(device), "no device that Warp finds here", next_step=step) from None
+    return device
 
 
 def _row(model: Model) -> list[float]:
@@ -370,8 +394,7 @@ def _of_paper(layer: Layer, puncture: float) -> list[float]:
 
 def _of_layered(layer: Layer, puncture: float) -> list[float]:
     law, relaxation = layer.friction, layer.relaxation
-    shares = [0.0, 1.0, 0.0, 1.0]
-    if relaxation.name == "prony":
-        shares = [relaxation.share_1, relaxation.time_1, relaxation.share_2, relaxation.time_2]
+    prony = relaxation.name == "prony"
+    shares = [relaxation.share_1, relaxation.time_1, relaxation.share_2, relaxation.time_2] if prony else [0.0, 1.0] * 2
     spring = [law.per_length, law.stiffness, 1.0 / law.rupture_length, law.resting_surface, law.withdrawal_ratio]
     return [*spring, *shares]

@@ -80,7 +80,7 @@ class Live:
         self.setup, self.server = setup, secrets.token_hex(4)
         self.state: dict[str, Any] = {"state": "idle", "run": 0}
         self.watchers: list[Watcher] = []
-        self._past, self._process, self._task = Watcher(), None, None
+        self._past, self._process, self._task, self._closed = Watcher(), None, None, False
         self._past.points.limit = KEPT_POINTS
 
     def choices(self) -> dict[str, Any]:
@@ -102,6 +102,10 @@ class Live:
             each.restart()
         pipe = asyncio.subprocess.PIPE
         self._process = await asyncio.create_subprocess_exec(*COMMAND, stdin=pipe, stdout=pipe, limit=MAX_LINE_BYTES)
+        if self._closed:  # while it began: it has no job yet, and moves nothing
+            self._process.kill()
+            await self._process.communicate()
+            return
         self._send(json.dumps(job))
         self._task = asyncio.create_task(self._follow(self._process))
 
@@ -124,6 +128,7 @@ class Live:
 
     async def close(self) -> None:
         """End the run: the axis is stopped, the file is closed. A process that does not end is killed."""
+        self._closed = True
         if self._task is None or self._task.done():
             return
         self._process.stdin.close()  # the end of its input stops the axis

@@ -151,6 +151,8 @@ class RecordingJobs:
             job.process = await asyncio.create_subprocess_exec(
                 *COMMAND, stdin=quiet, stdout=asyncio.subprocess.PIPE, stderr=quiet, cwd=job.folder
             )
+            if job.state == "cancelled":  # while its process began
+                self._kill(job)
             async for line in job.process.stdout:
                 job.stage = line.decode("utf-8", "replace").strip()
             ended = await job.process.wait()
@@ -161,9 +163,13 @@ class RecordingJobs:
         """End the process of a fit; nothing if it has ended."""
         if job.state in UNFINISHED:
             job.state = "cancelled"
-            with suppress(ProcessLookupError):
-                if job.process is not None:
-                    job.process.kill()
+            if job.process is not None:
+                self._kill(job)
+
+    @staticmethod
+    def _kill(job: Job) -> None:
+        with suppress(ProcessLookupError):
+            job.process.kill()
 
     def sweep(self, now: float) -> None:
         """End the fits that nobody asks for, and forget what nobody asked for in a long time."""
