@@ -25,21 +25,8 @@ import needleforce as nf
 from needleforce import fe
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
-from closed_motions import (
-    Balance,
-    along,
-    bent,
-    drawn,
-    drawn_depth,
-    drawn_in_solid,
-    drawn_loop,
-    drawn_motion,
-    gain,
-    refined,
-    rigid,
-    run,
-    work,
-)  # fmt: skip
+from closed_motions import Balance, along, bent, drawn, drawn_loop, drawn_motion, gain, run, work
+from closed_motions_in_solid import drawn_depth, drawn_in_solid, refined, rigid
 
 BAR, NOISE = 1e-6, 5e-6
 STEPS = 100  # in a leg

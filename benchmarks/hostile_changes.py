@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 # ruff: noqa: E501 - the content of hostile files has long lines
 """Hostile files for ``hostile_files.py``, in one table of formats: valid ones, how they are changed, also in what is
-compressed in them, and files that take far more to read than to store."""
+compressed in them, files that take far more to read than to store, and what is no regular file."""
 
+import os
 import random
 import re
+import socket
 import struct
 import zipfile
 import zlib
@@ -313,4 +315,26 @@ def bomb(kind: str, folder: Path, chance: random.Random) -> Path:
         make = make[ending]
     path, data = folder / f"x{ending}", make(many, chance)
     path.write_bytes(data if isinstance(data, bytes) else data.encode())
+    return path
+
+
+def special(path: Path, chance: random.Random) -> Path:
+    """What is no regular file, at ``path``."""
+    match chance.randrange(7):
+        case 0:
+            os.mkfifo(path)
+        case 1:
+            path.mkdir()
+        case 2:
+            path.symlink_to(chance.choice(["/dev/zero", "/dev/full", "/dev/urandom", "/dev/tty", "/dev/null"]))
+        case 3:
+            path.symlink_to(path.name)
+        case 4:
+            with socket.socket(socket.AF_UNIX) as made:
+                made.bind(str(path))
+        case 5:
+            return path.with_name("missing" + path.suffix)
+        case 6:
+            with open(path, "wb") as file:
+                file.truncate(chance.choice([1 << 33, 1 << 40]))  # sparse: larger than any recording
     return path

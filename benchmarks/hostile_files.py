@@ -18,7 +18,6 @@ import re
 import resource
 import select
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
@@ -43,10 +42,8 @@ PAGE = Path(__file__).parents[1] / "docs" / "evidence" / "hostile_files.md"
 MARKS = "<!-- table: python benchmarks/hostile_files.py --write -->", "<!-- end of table -->"
 MEMORY_BYTES = 1536 << 20  # address space beyond that of the child at its start
 TIME_S = 20.0  # for one file
-MEMORY_PER_BYTE, MEMORY_BASE = (
-    60,
-    600 << 20,
-)  # the bound on the page for files of any size; the other process has its own limit
+# the bound on the page for files of any size; the other process has its own limit
+MEMORY_PER_BYTE, MEMORY_BASE = 60, 600 << 20
 FREED_BYTES = 16 << 20  # that the other process gives back when the next file comes, after its memory was looked at
 SPECIAL_SHARE, BOMB_SHARE = 0.02, 0.002
 _MAX_READ = 200  # columns of a file that are read
@@ -201,34 +198,12 @@ FORMATS: dict[str, tuple[Callable, int, str]] = {
 }
 
 
-def special(path: Path, chance: random.Random) -> Path:
-    """What is no regular file, at ``path``."""
-    match chance.randrange(7):
-        case 0:
-            os.mkfifo(path)
-        case 1:
-            path.mkdir()
-        case 2:
-            path.symlink_to(chance.choice(["/dev/zero", "/dev/full", "/dev/urandom", "/dev/tty", "/dev/null"]))
-        case 3:
-            path.symlink_to(path.name)
-        case 4:
-            with socket.socket(socket.AF_UNIX) as made:
-                made.bind(str(path))
-        case 5:
-            return path.with_name("missing" + path.suffix)
-        case 6:
-            with open(path, "wb") as file:
-                file.truncate(chance.choice([1 << 33, 1 << 40]))  # sparse: larger than any recording
-    return path
-
-
 def hostile(kind: str, folder: Path, seed: int) -> Path:
     """The hostile file number ``seed`` of a format."""
     chance = random.Random(f"{kind} {seed}")
     which = chance.random()
     if which < SPECIAL_SHARE:
-        return special(folder / f"x{changes.ending_of(kind)}", chance)
+        return changes.special(folder / f"x{changes.ending_of(kind)}", chance)
     if which < SPECIAL_SHARE + BOMB_SHARE:
         return changes.bomb(kind, folder, chance)
     return changes.changed(kind, folder, chance)

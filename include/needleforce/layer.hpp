@@ -3,7 +3,6 @@
 #pragma once
 
 #include <limits>
-#include <span>
 #include <type_traits>
 #include <utility>
 #include <variant>
@@ -15,18 +14,6 @@
 #include "state.hpp"
 
 namespace needleforce {
-
-/// The table of a needle's tip, with which all layers are prepared; without such a contact one that none
-/// reads.
-inline TipTable table_of_tip(std::span<const Layer> layers) noexcept {
-  const laws::TipContact* const law = detail::first_tip(layers);
-  return law ? TipTable(law->tip, law->radius) : TipTable();
-}
-/// True where one table is enough for both.
-inline bool same_tip(std::span<const Layer> layers, std::span<const Layer> others) noexcept {
-  const laws::TipContact *const law = detail::first_tip(layers), *const other = detail::first_tip(others);
-  return law && other ? law->tip == other->tip && law->radius == other->radius : law == other;
-}
 
 /// A layer's laws with everything computed that does not change in the loop. Every method is wait-free. `tip`
 /// is the table that all layers share.

@@ -202,4 +202,16 @@ inline Fault first_fault(std::span<const Layer> layers) noexcept {
 /// True if every parameter of every law is in its range and the laws do not contradict each other.
 inline bool valid(const Model& model) noexcept { return detail::fault_of_laws(model).reason == nullptr; }
 
+/// The table of a needle's tip, with which all layers are prepared; without such a contact one that none
+/// reads.
+inline TipTable table_of_tip(std::span<const Layer> layers) noexcept {
+  const laws::TipContact* const law = detail::first_tip(layers);
+  return law ? TipTable(law->tip, law->radius) : TipTable();
+}
+/// True where one table is enough for both.
+inline bool same_tip(std::span<const Layer> layers, std::span<const Layer> others) noexcept {
+  const laws::TipContact *const law = detail::first_tip(layers), *const other = detail::first_tip(others);
+  return law && other ? law->tip == other->tip && law->radius == other->radius : law == other;
+}
+
 }  // namespace needleforce

@@ -4,7 +4,7 @@ import io
 import sys
 
 from needleforce.acquisition.settings import Progress
-from needleforce.commands.output import Rates, live_view
+from needleforce.commands.record import Rates, live_view
 
 
 def progress(seconds, received, lost=0, depth=0.00525):

@@ -13,7 +13,7 @@ import needleforce as nf
 from needleforce import fe
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from closed_motions import drawn_depth, drawn_in_solid, rigid
+from closed_motions_in_solid import drawn_depth, drawn_in_solid, rigid
 
 SPACING, NODES, IN_PATH = 1e-3, 31, 20.4e-3  # [m]; a first step there finds the needle in its path
 SHARES, TIMES = np.array([0.3, 0.2]), np.array([0.5, 5.0])

@@ -13,22 +13,8 @@ import needleforce as nf
 from needleforce import fe
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from closed_motions import (
-    along,
-    bent,
-    bent_at_least,
-    drawn,
-    drawn_depth,
-    drawn_in_solid,
-    drawn_loop,
-    drawn_motion,
-    gain,
-    refined,
-    rigid,
-    run,
-    smooth_end,
-    work,
-)  # fmt: skip
+from closed_motions import along, bent, bent_at_least, drawn, drawn_loop, drawn_motion, gain, run, smooth_end, work
+from closed_motions_in_solid import drawn_depth, drawn_in_solid, refined, rigid
 
 PAPER = nf.preset("paper")
 BAR = 1e-6  # of what is turned over

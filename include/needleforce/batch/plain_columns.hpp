@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "../layer.hpp"
+#include "../layer_contact.hpp"
 #include "../model.hpp"
 #include "../model_fingerprint.hpp"
 #include "../state.hpp"

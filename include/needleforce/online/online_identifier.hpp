@@ -46,11 +46,10 @@ class OnlineIdentifier {
     watch_.reset();
     begin_anew();
     started_ = false;
-    depth_ = force_ = time_ = speed_ = 0.0;
+    depth_ = force_ = time_ = speed_ = rest_depth_ = lowest_depth_ = 0.0;
     changes_ = 0;
     deepest_ = -1e9;
     lowest_ = 1e9;
-    rest_depth_ = lowest_depth_ = 0.0;
     interrupt();
   }
   OnlineIdentifier snapshot() const noexcept { return *this; }

@@ -37,6 +37,12 @@ struct CondensedState {
   bool steady = false;      ///< in the last motion the tip stuck
 };
 
+/// True where shaft or tip are in the tissue. Wait-free.
+inline bool in_tissue(const CondensedState& state) noexcept {
+  const bool below = state.pierced > 0 && state.started && state.depth > state.shaft.displacement[0];
+  return state.tip_force > 0.0 || state.tip > 0.0 || below;
+}
+
 /// Looks at what a needle remembers in a solid of so many layers, whose contacts hold `most` [N] at most.
 /// Wait-free.
 inline void check(StateCheck& check, const CondensedState& state, const CondensedTissue& tissue,

@@ -29,12 +29,6 @@ inline double displacement(const CondensedTissue& tissue, const CondensedState& 
   return displaced(state.shaft, tissue, node) + state.tip_force * by_tip;
 }
 
-/// True where shaft or tip are in the tissue. Wait-free.
-inline bool in_tissue(const CondensedState& state) noexcept {
-  const bool below = state.pierced > 0 && state.started && state.depth > state.shaft.displacement[0];
-  return state.tip_force > 0.0 || state.tip > 0.0 || below;
-}
-
 /// Moves a needle's shaft and tip through a condensed tissue: what is remembered is in `state`.
 class ShaftAndTip {
  public:

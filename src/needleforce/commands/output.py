@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Output of the commands: tables, text and JSON on standard output; messages, progress and a live view on standard
-error. Texts are made printable here, because parts of them come from files and devices."""
+"""Output of the commands: tables, text and JSON on standard output; messages and progress on standard error. Texts are
+made printable here, because parts of them come from files and devices."""
 
 import codecs
 import contextlib
@@ -14,7 +14,7 @@ import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import msgspec
 import typer
@@ -22,9 +22,6 @@ from markupsafe import escape
 
 from ..errors import InputError, printable
 from ..files import atomic_write, checked_target, json_safe
-
-if TYPE_CHECKING:
-    from ..acquisition.settings import Progress
 
 _NAME_WIDTH = 28  # of the longest name of a parameter or model
 JSON_HELP = "Write the result as JSON to this file; - for standard output."
@@ -328,77 +325,3 @@ def pairs(options: list[str], option: str) -> dict[str, str]:
         limit = "a quantity is given twice"
         raise InputError(f"--{option}", ", ".join(options), limit, next_step="Keep one of the two.")
     return found
-
-
-class Rates:
-    """Sampling rate [Hz] and lost packets of the last second, computed from totals."""
-
-    def __init__(self):
-        self._before: list[Progress] = []
-
-    def over_last_second(self, now: "Progress") -> tuple[float | None, int]:
-        """Rate and losses up to ``now``; the rate is None in the first call."""
-        self._before.append(now)
-        while len(self._before) > 2 and now.seconds - self._before[1].seconds >= 1.0:
-            self._before.pop(0)
-        then = self._before[0]
-        span = now.seconds - then.seconds
-        return (now.received - then.received) / span if span > 0.0 else None, now.lost - then.lost
-
-
-def facts(now: "Progress", rate: float | None, lost: int) -> list[tuple[str, str]]:
-    """The displayed values as names and texts."""
-    depth = "-" if now.depth is None else f"{1e3 * now.depth:8.2f} mm"
-    return [
-        ("time", f"{now.seconds:8.1f} s"),
-        ("phase", now.phase or "-"),
-        ("force", f"{now.force:8.3f} N"),
-        ("depth", depth),
-        ("rate", "-" if rate is None else f"{rate:8.0f} Hz"),
-        ("lost", f"{now.lost} ({lost} in the last second)"),
-        ("bias", f"{now.bias:8.3f} N"),
-    ]
-
-
-@contextlib.contextmanager
-def live_view(plain: bool = False) -> Iterator[Callable[["Progress"], None] | None]:
-    """A view for ``record_run``: one line per second if ``plain``, a panel in a terminal, otherwise None."""
-    if plain:
-        yield _lines()
-    elif not sys.stderr.isatty():
-        yield None
-    else:
-        with _panel() as view:
-            yield view
-
-
-def _lines() -> Callable[["Progress"], None]:
-    rates, printed = Rates(), [-1]
-
-    def view(now: "Progress") -> None:
-        rate, lost = rates.over_last_second(now)
-        if int(now.seconds) > printed[0]:
-            printed[0] = int(now.seconds)
-            print(", ".join(f"{name} {text.strip()}" for name, text in facts(now, rate, lost)), file=sys.stderr)
-
-    return view
-
-
-@contextlib.contextmanager
-def _panel() -> Iterator[Callable[["Progress"], None]]:
-    from rich.console import Console
-    from rich.live import Live
-    from rich.text import Text
-
-    rates = Rates()
-    with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
-
-        def view(now: "Progress") -> None:
-            rate, lost = rates.over_last_second(now)
-            text = Text()
-            for name, value in facts(now, rate, lost):
-                style = "bold red" if name == "lost" and now.lost else "bold"
-                text.append(f"{name:>6}  ").append(f"{value}\n", style=style)
-            live.update(text, refresh=True)
-
-        yield view

@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 """``needleforce record``: record a sensor and an axis to a file during the run."""
 
+import contextlib
 import dataclasses
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +16,7 @@ from ..acquisition.sources.opening import DEFAULT_LIMIT_SHARE, force_limit, open
 from ..errors import InputError
 from ..files import MAX_PART_SAMPLES
 from .flags import takes_flags
-from .output import JSON_HELP, check_outputs, live_view, say, write_json
+from .output import JSON_HELP, check_outputs, say, write_json
 
 if TYPE_CHECKING:
     from ..acquisition.settings import Progress, RunResult, Settings
@@ -271,3 +272,77 @@ def _print_outcome(outcome: "RunResult") -> None:
         say(f"warning: the receive buffer holds only {outcome.buffer:.2f} s of packets; {advice}")
     gap = f"{1e3 * outcome.longest_own_gap:.1f} ms"
     say(f"longest delay in this program: {gap}; processor load: {100 * outcome.cpu_share:.0f} %")
+
+
+class Rates:
+    """Sampling rate [Hz] and lost packets of the last second, computed from totals."""
+
+    def __init__(self):
+        self._before: list[Progress] = []
+
+    def over_last_second(self, now: "Progress") -> tuple[float | None, int]:
+        """Rate and losses up to ``now``; the rate is None in the first call."""
+        self._before.append(now)
+        while len(self._before) > 2 and now.seconds - self._before[1].seconds >= 1.0:
+            self._before.pop(0)
+        then = self._before[0]
+        span = now.seconds - then.seconds
+        return (now.received - then.received) / span if span > 0.0 else None, now.lost - then.lost
+
+
+def facts(now: "Progress", rate: float | None, lost: int) -> list[tuple[str, str]]:
+    """The displayed values as names and texts."""
+    depth = "-" if now.depth is None else f"{1e3 * now.depth:8.2f} mm"
+    return [
+        ("time", f"{now.seconds:8.1f} s"),
+        ("phase", now.phase or "-"),
+        ("force", f"{now.force:8.3f} N"),
+        ("depth", depth),
+        ("rate", "-" if rate is None else f"{rate:8.0f} Hz"),
+        ("lost", f"{now.lost} ({lost} in the last second)"),
+        ("bias", f"{now.bias:8.3f} N"),
+    ]
+
+
+@contextlib.contextmanager
+def live_view(plain: bool = False) -> Iterator[Callable[["Progress"], None] | None]:
+    """A view for ``record_run``: one line per second if ``plain``, a panel in a terminal, otherwise None."""
+    if plain:
+        yield _lines()
+    elif not sys.stderr.isatty():
+        yield None
+    else:
+        with _panel() as view:
+            yield view
+
+
+def _lines() -> Callable[["Progress"], None]:
+    rates, printed = Rates(), [-1]
+
+    def view(now: "Progress") -> None:
+        rate, lost = rates.over_last_second(now)
+        if int(now.seconds) > printed[0]:
+            printed[0] = int(now.seconds)
+            print(", ".join(f"{name} {text.strip()}" for name, text in facts(now, rate, lost)), file=sys.stderr)
+
+    return view
+
+
+@contextlib.contextmanager
+def _panel() -> Iterator[Callable[["Progress"], None]]:
+    from rich.console import Console
+    from rich.live import Live
+    from rich.text import Text
+
+    rates = Rates()
+    with Live(console=Console(stderr=True), auto_refresh=False, transient=True) as live:
+
+        def view(now: "Progress") -> None:
+            rate, lost = rates.over_last_second(now)
+            text = Text()
+            for name, value in facts(now, rate, lost):
+                style = "bold red" if name == "lost" and now.lost else "bold"
+                text.append(f"{name:>6}  ").append(f"{value}\n", style=style)
+            live.update(text, refresh=True)
+
+        yield view

@@ -27,7 +27,7 @@ from .one_layer.segmented_recording import SegmentedRecording
 from .recording_fit import RecordingFit
 from .repeats import differing_repeats
 from .settings import FitSettings
-from .statistics.noise import SIGNIFICANT, Noise
+from .statistics.noise import SIGNIFICANT, noise_words
 from .timing import late_words
 
 NO_MODULUS = "Modulus and Poisson ratio of the tissue: the law {} has no modulus. Give --model paper, or cone_cylinder."
@@ -66,12 +66,6 @@ MODEL_ERRORS = {
     "machine": "a machine in series that may be there",
 }
 NO_CAUSE = "steps of depth, force or time"
-WHITE = "white"
-AUTOREGRESSIVE = "autocorrelated (AR(1)) over {}: long-run variance of a first-order autoregression"
-CORRELATED = "correlated over {}: flat-top long-run variance"
-LONG_CORRELATED = (
-    "correlated over {}, an eighth of the stroke or more: too few independent parts, intervals may be too narrow"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -383,25 +377,3 @@ def _deep(single: SegmentedRecording, law: str) -> str:
         "the residual is larger than the noise. Compare the model with cubic_foundation, hyperbolic_foundation and "
         "tanh_foundation."
     )
-
-
-def noise_words(noises: Iterable[Noise]) -> str:
-    """One phrase for each kind of noise among the strokes, with the length of its correlation in samples."""
-    lags: dict[str, list[int]] = {}
-    for noise in noises:
-        if noise.count:
-            lags.setdefault(_kind(noise), []).append(noise.last_lag)
-    return "; ".join(kind.format(_samples(last)) for kind, last in lags.items())
-
-
-def _kind(noise: Noise) -> str:
-    if not noise.last_lag:
-        return WHITE
-    if noise.ar1_factor:
-        return AUTOREGRESSIVE
-    return LONG_CORRELATED if 8 * noise.last_lag >= noise.count - 8 else CORRELATED
-
-
-def _samples(lags: list[int]) -> str:
-    low, high = min(lags), max(lags)
-    return f"{low} samples" if low == high else f"{low} to {high} samples"

@@ -2,6 +2,7 @@
 """Intervals of a least-squares fit whose residuals may be correlated, as behind an average filter."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,6 +36,12 @@ SLOW_WAVES, MAX_BLOCKS = 8, 64
 MIN_WAVE = 1e-3
 """[of the largest] Below, a cosine is absorbed by the parameters."""
 
+WHITE = "white"
+AUTOREGRESSIVE = "autocorrelated (AR(1)) over {}: long-run variance of a first-order autoregression"
+CORRELATED = "correlated over {}: flat-top long-run variance"
+LONG_CORRELATED = (
+    "correlated over {}, an eighth of the stroke or more: too few independent parts, intervals may be too narrow"
+)
 MIN_FREE_SAMPLES = 100  # of the free travel, for the correlation of the noise
 FEW_LAGS = 100  # up to which direct sums are faster than a spectrum
 MIN_QUIET_LAGS = 5
@@ -259,3 +266,25 @@ def undeclared_filter(free: np.ndarray, declared: int) -> int:
     length = round(1.0 / slope) if slope > 0.0 else 0
     straight = misfit < SIGNIFICANT * math.sqrt(max(noise.last_lag, 1) / len(residual))
     return length if straight and length >= 2 and abs(length - declared) > 0.25 * declared else 0
+
+
+def noise_words(noises: Iterable[Noise]) -> str:
+    """One phrase for each kind of noise among the strokes, with the length of its correlation in samples."""
+    lags: dict[str, list[int]] = {}
+    for noise in noises:
+        if noise.count:
+            lags.setdefault(_kind(noise), []).append(noise.last_lag)
+    return "; ".join(kind.format(_samples(last)) for kind, last in lags.items())
+
+
+def _kind(noise: Noise) -> str:
+    if not noise.last_lag:
+        return WHITE
+    if noise.ar1_factor:
+        return AUTOREGRESSIVE
+    return LONG_CORRELATED if 8 * noise.last_lag >= noise.count - 8 else CORRELATED
+
+
+def _samples(lags: list[int]) -> str:
+    low, high = min(lags), max(lags)
+    return f"{low} samples" if low == high else f"{low} to {high} samples"
