@@ -144,15 +144,11 @@ class BasicPreparedInsertion {
     state.started = true;
     // rare and slow cases are out of line, so that the short path calls nothing
     const bool pierced = state.pierced > 0, whole = pierced || !(depth > layers_[0].puncture);
-    if (plain_ && relaxes_ && pierced) return relaxing(state, depth, travel, velocity, elapsed, aside);
+    if (plain_ && relaxes_ && pierced)
+      return through<true, false>(state, moved(state, depth, travel, velocity, elapsed), false, aside);
     if (!(plain_ && !relaxes_ && whole))
       return in_general(state, depth, travel, velocity, elapsed, first, aside);
     return through<true, true>(state, moved(state, depth, travel, velocity, elapsed), first, aside);
-  }
-
-  [[gnu::noinline]] BasicSample<Real> relaxing(BasicInsertionState<Real>& state, double depth, double travel,
-                                               double velocity, double elapsed, double aside) const noexcept {
-    return through<true, false>(state, moved(state, depth, travel, velocity, elapsed), false, aside);
   }
 
   [[gnu::noinline]] BasicSample<Real> in_general(BasicInsertionState<Real>& state, double depth,

@@ -78,11 +78,7 @@ struct BasicElement {
   /// dissipates. Wait-free.
   [[gnu::always_inline]] Real drag(Real wanted, Real low, Real high, const BasicRelaxing<Real>& relaxing,
                                    bool advancing) noexcept {
-    const Real force = load(wanted, low, high, relaxing, advancing);
-    // with locked dashpots only where the tip cuts fresh tissue: what recordings of a withdrawal show
-    const bool renews = relaxing.relaxes && (relaxing.only_at_rest ? advancing && !relaxing.restores : true);
-    if (renews && stiffening == 0.0) renew(force, relaxing);
-    return force;
+    return relaxing.relaxes ? drag_relaxing(wanted, low, high, relaxing, advancing) : slip(wanted, low, high);
   }
 
   /// Continues under another relaxation: relaxed shares are kept, a new term starts with nothing relaxed, and
@@ -120,8 +116,19 @@ struct BasicElement {
     return elastic;
   }
 
+  /// Load and renewal in one call: what slipped, on which the next step waits, does not go through memory.
+  [[gnu::noinline]] Real drag_relaxing(Real wanted, Real low, Real high, const BasicRelaxing<Real>& relaxing,
+                                       bool advancing) noexcept {
+    const bool locks = relaxing.only_at_rest && advancing;
+    const Real force =
+        locks ? load(wanted, low, high, relaxing, advancing) : relaxed(wanted, low, high, relaxing);
+    // with locked dashpots only where the tip cuts fresh tissue: what recordings of a withdrawal show
+    const bool renews = relaxing.only_at_rest ? advancing && !relaxing.restores : true;
+    if (renews && stiffening == 0.0) renew(force, relaxing);
+    return force;
+  }
   /// `slipped` over |force| counts the stretches of the tissue.
-  [[gnu::noinline]] void renew(Real force, const BasicRelaxing<Real>& relaxing) noexcept {
+  [[gnu::always_inline]] void renew(Real force, const BasicRelaxing<Real>& relaxing) noexcept {
     const Real old = abs(force) > 1e-300 ? exp(-abs(slipped * (1.0 / force))) : 0.0;
     elastic = force + old * (elastic - force);
     for (int j = 0; j < 2; ++j) {
@@ -144,6 +151,10 @@ struct BasicElement {
 
   [[gnu::noinline]] Real relax(Real wanted, Real low, Real high,
                                const BasicRelaxing<Real>& relaxing) noexcept {
+    return relaxed(wanted, low, high, relaxing);
+  }
+  [[gnu::always_inline]] Real relaxed(Real wanted, Real low, Real high,
+                                      const BasicRelaxing<Real>& relaxing) noexcept {
     Real standing = relaxing.lasting * elastic, per_load = relaxing.lasting;
     for (int j = 0; j < 2; ++j) {
       standing += memory[j] * relaxing.left[j];

@@ -102,10 +102,17 @@ struct StateBytes {
   }
 };
 
+/// Which members all that is saved has, and where: tests/house/test_saved_layout.py computes it from them,
+/// and fails where this is another.
+inline constexpr std::uint64_t state_layout = 0x94c4b472bac2cc57u;
+
 namespace detail {
+/// The version that wrote the bytes, how it lays out what it saves, and the sizes of the machine's words.
 constexpr std::uint64_t this_version() noexcept {
   Fingerprint print;
   print.add(needleforce::version);
+  print.add(state_layout);
+  print.add(std::uint64_t{sizeof(std::size_t)});
   return print.value();
 }
 }  // namespace detail

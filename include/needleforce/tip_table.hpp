@@ -22,9 +22,7 @@ namespace needleforce {
 class TipTable {
  public:
   TipTable() = default;
-  TipTable(const Tip& tip, double shank_radius) noexcept {
-    dispatch(tip, [&](const auto& shape) { tabulate(shape, shank_radius); });
-  }
+  TipTable(const Tip& tip, double shank_radius) noexcept { tabulate(tip, shank_radius); }
 
   /// F [m^2] and dF/dh [m].
   struct Pressed {
@@ -137,10 +135,10 @@ class TipTable {
     return static_cast<std::size_t>(below < 0 ? 0 : below);
   }
 
-  template <class TipShape>
-  static Node node(const TipShape& shape, double u, double limit) noexcept {
+  /// Not inlined: what follows is then compiled once, and not for each tip.
+  [[gnu::noinline]] static Node node(const Tip& tip, double u, double limit) noexcept {
     if (!(u > 0.0)) return {0.0, 0.0};
-    const Reach reach = reach_at_depth(shape, u * u, limit);
+    const Reach reach = dispatch(tip, [&](const auto& shape) { return reach_at_depth(shape, u * u, limit); });
     return {reach.force, 4.0 * reach.contact_radius * u};
   }
   struct Fitted {
@@ -149,15 +147,14 @@ class TipTable {
     Bend bend;
     double error;
   };
-  template <class TipShape>
-  static Fitted fitted(const TipShape& shape, double from, double to, const Node& left, const Node& right,
+  static Fitted fitted(const Tip& tip, double from, double to, const Node& left, const Node& right,
                        double limit, double scale) noexcept {
-    const Node middle = node(shape, 0.5 * (from + to), limit);
+    const Node middle = node(tip, 0.5 * (from + to), limit);
     Fitted block{from, to, left, right, bend(to - from, left, middle, right), 0.0};
     const Block polynomial = quintic(to - from, left, block.bend, right);
     for (const double t : {0.2, 0.8}) {
       const double x = t * (to - from);
-      const Node at = node(shape, from + x, limit);
+      const Node at = node(tip, from + x, limit);
       const double miss = std::abs(polynomial.value(x) - at.force);
       // between the error of the whole and that of the force there
       block.error = std::max(block.error, miss / std::sqrt(at.force * scale));
@@ -184,16 +181,16 @@ class TipTable {
     return n;
   }
 
-  template <class TipShape>
-  void tabulate(const TipShape& shape, double shank_radius) noexcept {
-    const double limit = saturation_radius(shape, shank_radius);
+  void tabulate(const Tip& tip, double shank_radius) noexcept {
+    const double limit =
+        dispatch(tip, [&](const auto& shape) { return saturation_radius(shape, shank_radius); });
     std::array<double, capacity + 1> u{};
     std::array<Fitted, capacity> blocks{};
-    std::size_t count = starts(shape, limit, u);
-    const double scale = node(shape, u[count], limit).force;
+    std::size_t count = dispatch(tip, [&](const auto& shape) { return starts(shape, limit, u); });
+    const double scale = node(tip, u[count], limit).force;
     for (std::size_t k = 0; k < count; ++k)
       blocks[k] =
-          fitted(shape, u[k], u[k + 1], node(shape, u[k], limit), node(shape, u[k + 1], limit), limit, scale);
+          fitted(tip, u[k], u[k + 1], node(tip, u[k], limit), node(tip, u[k + 1], limit), limit, scale);
     while (count < capacity) {
       const auto end = blocks.begin() + static_cast<std::ptrdiff_t>(count);
       const auto worst = std::max_element(blocks.begin(), end,
@@ -203,9 +200,9 @@ class TipTable {
       const double middle = kept(0.5 * (whole.from + whole.to));
       if (!(middle > whole.from && std::isfinite(middle))) break;  // beyond single precision
       std::move_backward(worst + 1, end, end + 1);
-      const Node between = node(shape, middle, limit);
-      worst[0] = fitted(shape, whole.from, middle, whole.left, between, limit, scale);
-      worst[1] = fitted(shape, middle, whole.to, between, whole.right, limit, scale);
+      const Node between = node(tip, middle, limit);
+      worst[0] = fitted(tip, whole.from, middle, whole.left, between, limit, scale);
+      worst[1] = fitted(tip, middle, whole.to, between, whole.right, limit, scale);
       ++count;
     }
     count_ = count;

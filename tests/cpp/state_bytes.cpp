@@ -71,6 +71,17 @@ TEST_F(Saved, BurstsOfUpTo64Bits) {
   }
 }
 
+// as a build wrote them whose members were others, of the same size: only the words of the head differ
+TEST_F(Saved, OfAnotherLayout) {
+  Insertion::Saved other = whole;
+  Fingerprint without_layout;
+  without_layout.add(needleforce::version);
+  other.version = without_layout.value();
+  other.checksum = other.sum();
+  EXPECT_STREQ(insertion.restore_fault(other), "version");
+  EXPECT_FALSE(insertion.restore(other));
+}
+
 // The sums are linear: what a flip changes in them does not depend on the words. No two flips change the
 // same, so two are seen; each changes one bit of the first sum, so three cannot cancel in it.
 TEST(Checksum, NoTwoFlipsChangeTheSame) {
