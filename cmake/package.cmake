@@ -17,7 +17,7 @@ set(package ${CMAKE_INSTALL_LIBDIR}/cmake/needleforce)
 target_include_directories(needleforce INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_include_directories(needleforce_c INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 install(DIRECTORY include/needleforce DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(TARGETS needleforce needleforce_c EXPORT needleforce PUBLIC_HEADER DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
+install(TARGETS needleforce needleforce_compiled needleforce_c EXPORT needleforce PUBLIC_HEADER DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT needleforce NAMESPACE needleforce:: FILE needleforceTargets.cmake DESTINATION ${package})
 write_basic_package_version_file(needleforceConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES cmake/needleforceConfig.cmake ${CMAKE_CURRENT_BINARY_DIR}/needleforceConfigVersion.cmake

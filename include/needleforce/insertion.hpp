@@ -9,7 +9,12 @@
 #include <type_traits>
 #include <utility>
 
+#ifdef NEEDLEFORCE_COMPILED  // a program that links needleforce::compiled
 #include "prepared_insertion.hpp"
+extern template class needleforce::BasicPreparedInsertion<double>;
+#else
+#include "insertion_definitions.hpp"
+#endif
 
 namespace needleforce {
 

@@ -16,8 +16,6 @@
 #include "layer.hpp"
 #include "limits.hpp"
 #include "model.hpp"
-#include "model_fingerprint.hpp"
-#include "model_swap.hpp"
 #include "sample.hpp"
 #include "state.hpp"
 #include "state_bytes.hpp"
@@ -36,27 +34,7 @@ class BasicPreparedInsertion {
 
   /// The same for `numbers`, which are `layers` with derivatives.
   BasicPreparedInsertion(std::span<const Layer> layers, std::span<const BasicLayer<Real>> numbers,
-                         const Limits& limits, const Bevel& bevel, const TipTable* tip = nullptr) noexcept
-      : limits_(limits),
-        valid_(tip || (!first_fault(layers).reason && valid(limits) && !first_invalid(bevel))),
-        count_(valid_ ? layers.size() : 1) {
-    if (!valid_) return;
-    lateral_ratio_ = bevel.lateral_ratio();
-    model_ = fingerprint(layers);
-    tip_ = tip ? *tip : table_of_tip(layers);
-    for (std::size_t i = 0; i < layers.size(); ++i) layers_[i] = BasicPreparedLayer<Real>(numbers[i], tip_);
-    for (std::size_t i = 1; i < layers.size(); ++i) {
-      // a law that stands alone has a spring of its own in each layer
-      const bool continues = !layers_[i].resists() && !detail::adds(layers[i].laws) &&
-                             same_law(layers[i].laws.friction, layers[i - 1].laws.friction);
-      roots_[i] = continues ? roots_[i - 1] : static_cast<std::uint8_t>(i);
-      same_cutting_[i] = same_law(layers[i].laws.cutting, layers[i - 1].laws.cutting);
-    }
-    noise_ = noise_of(limits.depth_noise);
-    plain_ = count_ == 1 && layers_[0].plain() && noise_.range == 0.0;
-    relaxes_ = layers_[0].relaxes();
-    for (std::size_t i = 0; i < count_ && count_ > 1; ++i) looks_ahead_ |= layers_[i].looks_ahead();
-  }
+                         const Limits& limits, const Bevel& bevel, const TipTable* tip = nullptr) noexcept;
 
   /// One cycle of an insertion that remembers `state`: see `Insertion::step`. Inlined by force, as the short
   /// path is: a loop that reads two numbers of a sample does not wait for the others.
@@ -80,29 +58,13 @@ class BasicPreparedInsertion {
   using Saved = StateBytes<BasicInsertionState<Real>>;
   /// Why bytes are no memory of an insertion into these layers, as the part of it that is at fault, or
   /// nullptr.
-  const char* restore_fault(const Saved& bytes) const noexcept {
-    if (!valid_) return "model of this insertion";
-    if (const char* part = foreign_part(bytes, model_)) return part;
-    const BasicInsertionState<Real> state = bytes.state();
-    StateCheck check;
-    needleforce::check(check, state, count_);
-    for (std::size_t i = 0; i < max_layers; ++i)
-      needleforce::check(check, state.layers[i], i < count_ ? layers_[i].largest_contact(tip_) : 0.0);
-    if (!check.fault() && state.pierced > 0)
-      layers_[state.pierced - 1].check(check, state.cut, smaller(limits_.max_speed, fastest));
-    return check.fault();
-  }
+  const char* restore_fault(const Saved& bytes) const noexcept;
 
   /// Puts what follows from the laws and the last motion into a memory that comes from elsewhere.
-  void restore_exponentials(BasicInsertionState<Real>& state) const noexcept {
-    if (state.relaxation_dt > 0.0) relax(state, state.relaxation_dt);
-    for (std::size_t i = 0; i < count_; ++i) layers_[i].look_again(state.layers[i]);
-  }
+  void restore_exponentials(BasicInsertionState<Real>& state) const noexcept;
   /// The memory of an insertion into other layers, in these: docs/decisions/0009.
   BasicInsertionState<Real> continued(const BasicPreparedInsertion<Real>& old,
-                                      const BasicInsertionState<Real>& state) const noexcept {
-    return model_ == old.model_ ? state : ModelSwap::continued(old.stack(), state, stack());
-  }
+                                      const BasicInsertionState<Real>& state) const noexcept;
 
   Real puncture_depth_in_model() const noexcept { return layers_[0].puncture; }
   /// False if the model or a limit was refused: then no step has a force.
@@ -111,17 +73,10 @@ class BasicPreparedInsertion {
   /// Lateral force of the bevel as a share of the cutting force. Wait-free.
   double lateral_ratio() const noexcept { return lateral_ratio_; }
   /// Mean force of slow cutting in the layer that the tip is in [N]. Wait-free.
-  Real steady_cutting(const BasicInsertionState<Real>& state) const noexcept {
-    return state.pierced > 0 ? front(state).steady_cutting() : 0.0;
-  }
+  Real steady_cutting(const BasicInsertionState<Real>& state) const noexcept;
   /// True where cutting pays for the lateral force of the bevel, which is a share of its own, and in each
   /// layer for one of another cause, if there is.
-  bool pays(bool other) const noexcept {
-    if (!(other || lateral_ratio_ != 0.0)) return true;
-    for (std::size_t i = 0; i < count_; ++i)
-      if (!layers_[i].keeps() || (other && !(layers_[i].steady_cutting() > 0.0))) return false;
-    return true;
-  }
+  bool pays(bool other) const noexcept;
   /// A number that distinguishes layers.
   std::uint64_t layers_fingerprint() const noexcept { return model_; }
   /// The same with the lateral force of the bevel.
@@ -198,10 +153,7 @@ class BasicPreparedInsertion {
 
   [[gnu::noinline]] BasicSample<Real> in_general(BasicInsertionState<Real>& state, double depth,
                                                  double travel, double velocity, double elapsed, bool first,
-                                                 double aside) const noexcept {
-    return through<false, false>(state, numbers_of<Real>(moved(state, depth, travel, velocity, elapsed)),
-                                 first, aside);
-  }
+                                                 double aside) const noexcept;
 
   /// Cut, contacts from the surface down, shafts from the bottom up, then their sum. Small values
   /// go by value, so that they stay in registers. `plain` is one layer with the paper's friction and cutting,
@@ -367,7 +319,6 @@ class BasicPreparedInsertion {
     move.below = smaller(move.below, larger(move.depth - state.layers[i].puncture_depth, Real(0.0)));
     return move;
   }
-  ModelSwap::Stack stack() const noexcept { return {{layers_.data(), count_}, tip_}; }
   const BasicPreparedLayer<Real>& front(const BasicInsertionState<Real>& state) const noexcept {
     return layers_[state.pierced - 1];
   }

@@ -97,8 +97,9 @@ SIMULATED = ["version", "fingerprint", "scalar", "dual", "parameter", "dispatch"
              "tissue", "contact", "tip_table", "foundation", "bevel", "sample", "state_check", "returnable_slip",
              "noisy_depth", "relaxation", "memory", "rupture", "force_sums", "law", "laws", "laws/all",
              "layer_contact", "model", "model_fingerprint", "state_bytes", "limits", "state", "layer", "model_swap",
-             "prepared_insertion", "gradient", "insertion", "batch", "bending", "sliding", "solid", "exchange", "live",
-             "guard_settings", "energy_controller", "guard", "flight_recorder", "base_guard"]  # fmt: skip
+             "prepared_insertion", "insertion_definitions", "gradient", "insertion", "batch", "bending", "sliding",
+             "solid", "exchange", "live", "guard_settings", "energy_controller", "guard", "flight_recorder",
+             "base_guard"]  # fmt: skip
 # what looks for events depends on no engine
 WATCHED = ["version", "fingerprint", "state_bytes", "sample", "state_check", "parameter", "events"]
 LEARNT = [*SIMULATED, "events", "online"]

@@ -27,6 +27,16 @@ def test_an_installed_package_is_found_where_it_was_moved(prefix, outside, langu
     assert said([build / "controller"]) == SAID
 
 
+def test_the_compiled_form_takes_one_line(prefix, outside):
+    lists = outside / "cpp" / "CMakeLists.txt"
+    lists.write_text(lists.read_text().replace("needleforce::needleforce", "needleforce::compiled"))
+    build = built(outside / "cpp", outside / "build", f"-DCMAKE_PREFIX_PATH={prefix}")
+    assert said([build / "controller"]) == SAID
+    made = said(["nm", "-C", *build.rglob("*.o")])
+    # compiled by the library alone: the step of all laws
+    assert re.search(r" U needleforce::BasicPreparedInsertion<double>::in_general", made)
+
+
 def test_pkg_config_gives_the_flags(prefix, outside):
     if not (tool := shutil.which("pkg-config")):
         pytest.skip("no pkg-config: apt-get install pkg-config")

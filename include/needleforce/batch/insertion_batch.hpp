@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "../prepared_insertion.hpp"
+#include "../insertion.hpp"
 #include "batch_rows.hpp"
 #include "contact_rows.hpp"
 #include "plain_columns.hpp"

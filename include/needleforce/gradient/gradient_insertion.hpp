@@ -10,7 +10,7 @@
 #include <type_traits>
 #include <utility>
 
-#include "../prepared_insertion.hpp"
+#include "../insertion_definitions.hpp"
 #include "directions.hpp"
 
 namespace needleforce {
