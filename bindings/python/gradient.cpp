@@ -66,7 +66,8 @@ void add_columns(Row& row, const Steps::Event& event, std::size_t count) {
     const Steps::Number now = steps.step(depth[i], no_velocity, dt[i]).force;
     force[i] = now.value;
     const auto by = now.derivatives();
-    std::copy_n(by.data(), count, gradient + i * columns);
+    double* row = gradient + i * columns;
+    count == width ? std::copy_n(by.data(), width, row) : std::copy_n(by.data(), count, row);  // all at once
     if (!steps.events().empty()) collect(steps, i, count, events, found);
   }
 }

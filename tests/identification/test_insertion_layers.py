@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import needleforce as nf
+from needleforce.identification.layered.insertion_problem import InsertionProblem
 from needleforce.identification.models import IDENTIFIED
 
 TOPS, INDENTATIONS, PEAKS = (2e-3, 8e-3), (2e-3, 3e-3), (1.0, 1.6)
@@ -191,6 +192,27 @@ def test_bad_input_is_said():
     assert any("2 layers need as many" in note for note in few.recordings[1].notes) and few.identified_model is not None
     with pytest.raises(nf.InputError, match="no tissue is dragged"):
         nf.identify(walls(0), model="gradual_layers", layers=2, tissue_stiffness=[(250.0, 0.3), None])
+
+
+def test_the_search_has_the_slopes_that_differences_show(monkeypatch):
+    """Every search of an identification, each at its end: cones with a cylinder and power laws, one layer and two."""
+    searches, solve = [], InsertionProblem.solve
+
+    def noted(problem, *start):
+        searches.append((problem, solve(problem, *start)))
+        return searches[-1][1]
+
+    monkeypatch.setattr(InsertionProblem, "solve", noted)
+    nf.identify(walls(3, rate=50))
+    kinds = {(*problem.curve.shape, len(problem.peaks)) for problem, _ in searches}
+    assert kinds == {("saturation_depth", 1), ("saturation_depth", 2), ("exponent", 2)}
+    for problem, x in searches:
+        low, high = problem.limits
+        x, depth = np.clip(x, low + 1e-3, high - 1e-3), problem.depth
+        ends = [[problem.forces(x + h * each, depth) for h in (1e-5, -1e-5)] for each in np.eye(len(x))]
+        expected = np.array([above - below for above, below in ends]) / 2e-5
+        for found, column in zip(problem.slopes(x, depth).T, expected):
+            np.testing.assert_allclose(found, column, atol=1e-5 * np.abs(expected).max(), rtol=0.0)
 
 
 def test_stalks_have_both_walls(recordings, many):

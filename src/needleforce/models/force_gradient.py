@@ -129,7 +129,7 @@ def force_gradient(
 
 def _event(row: tuple) -> ForceEvent:
     kind, layer, index, depth, jump, *columns = row
-    rates = dict(zip(_COLUMNS, (np.array(each, dtype=float) for each in columns)))
+    rates = dict(zip(_COLUMNS, np.array(columns, dtype=float)))
     return ForceEvent(kind=kind, layer=layer + 1, index=index, depth=depth, jump=jump, **rates)
 
 

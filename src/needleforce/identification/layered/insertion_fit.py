@@ -19,13 +19,12 @@ from ..one_layer.segmented_recording import SegmentedRecording
 from ..replay import punctures_of_layers
 from ..statistics.noise import TWO_SIDED, Noise, noise_of
 from ..statistics.regression import VERY_STRONG_BIC, bic_gain, independent_samples, misfit_gain
-from .insertion_problem import POWER_LAW, SIZE, STEP_S, InsertionProblem, Scaled, problem_of, stacked
+from .insertion_problem import POWER_LAW, SIZE, STEP_S, UNDETERMINED, InsertionProblem, Scaled, problem_of, stacked
 from .parameters import prefix
 
 DERIVATIVE_STEP = 1e-5  # of the scaled parameters
 PEAK_GRID = 4000  # depths at which the peaks of the model are searched
 AT_LIMIT = 1e-3  # of a scaled parameter from its limit: held there
-UNDETERMINED = 1e-6  # of the largest singular value: a combination of parameters that changes nothing
 IN_ZERO = "contact_depth", "puncture_depth", "force_offset"
 """Endings of the names of what may be negative."""
 
@@ -232,15 +231,14 @@ def _half_widths(
 ) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """Half widths of the intervals, by the derivatives of force and values, and the spread (m,) of each value; infinite
     for what the samples do not determine, and the travel of a sample at least for a depth."""
-    force, values = problem.forces(x, problem.depth), values_of(problem, x)
-    (low, high), rows, slopes = problem.limits, [], []
+    values, jacobian = values_of(problem, x), problem.slopes(x, problem.depth)
+    (low, high), slopes = problem.limits, []
     for k in range(len(x)):
         moved = x.copy()
         moved[k] += DERIVATIVE_STEP if x[k] + DERIVATIVE_STEP < high[k] else -DERIVATIVE_STEP
-        rows.append((problem.forces(moved, problem.depth) - force) / (moved[k] - x[k]))
         other = values_of(problem, moved)
         slopes.append([_difference(other[name], values[name]) / (moved[k] - x[k]) for name in values])
-    jacobian, by = np.array(rows).T, np.array(slopes)
+    by = np.array(slopes)
     norm = np.linalg.norm(jacobian, axis=0)
     inside = (x > low + AT_LIMIT) & (x < high - AT_LIMIT)
     usable = (norm > 0.0) & (inside | _one_sided(len(x)))

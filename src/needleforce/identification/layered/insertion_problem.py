@@ -37,7 +37,7 @@ START, START_POWER = (0.7, 0.5, 0.7), (0.7, 0.5, 2.0)
 EXPONENT = 2.0  # of a rupture, to start with
 MAX_STEPS = 60  # of the least squares
 NO_SATURATION = 3.0  # [indentations at the onset] from here on, the contact is a cone
-NOTHING = 1e-5  # of a scaled parameter
+UNDETERMINED = 1e-6  # of the largest derivative: a parameter, or a combination, that changes nothing
 MIN_LEFT = 1e-3  # [of the largest force] of a contact that ruptures
 STIFFEST = 0.6 * next(row["high"] for row in core.laws.Cone.table() if row["name"] == "reduced_modulus")
 """[N/m^2] of c h^2 with the largest modulus of the law and an unknown tip, 2 / pi of it: no contact is stiffer."""
@@ -82,6 +82,21 @@ HIGHEST = Scaled(
 )
 _ANY_SPEED = core.Limits(max_speed=math.inf)
 EXPONENTS = 0.0, math.log(6.0)  # limits of the logarithm of that of a power law
+SCALED_STEP = 1e-6  # of a scaled parameter, for the derivatives of the laws by it
+IN_ENGINE = {
+    "top": (5, 0, 1.0),
+    "stiffness_coefficient": (0, 0, 0.5 * math.pi),
+    "saturation_depth": (0, 2, 2.0 / math.pi),
+    "reference_force": (0, 0, 1.0),
+    "exponent": (0, 1, 1.0),
+    "rupture_onset": (1, 0, 1.0),
+    "friction_per_length": (2, 0, 1.0),
+    "rupture_length": (2, 2, 1.0),
+    "rupture_exponent": (2, 3, 1.0),
+    "cutting_force": (3, 0, 1.0),
+}
+"""Where the engine has a value of a layer: its law, the number of its parameter, and that over the value: a contact is
+of the cone of 45 degrees that stands for an unknown tip."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -139,13 +154,7 @@ class InsertionProblem:
             low[k, 2] = min(max(low[k, 2], math.log(travel / unit)), 0.0)
         if "exponent" in self.curve.shape:
             low[:, 5], high[:, 5] = EXPONENTS
-        if self.without:
-            high[:, Scaled._fields.index(self.without)] = NOTHING
         return np.append(low, -1.0), np.append(high, 1.0)
-
-    def layers(self, x: np.ndarray) -> list[Scaled]:
-        """The rows of x, whose last value is the zero."""
-        return [Scaled(*row) for row in x[:-1].reshape(-1, SIZE).tolist()]
 
     def surface(self, x: np.ndarray) -> float:
         """Depth [m] of the first layer."""
@@ -153,35 +162,66 @@ class InsertionProblem:
 
     def values_of_layers(self, x: np.ndarray) -> Iterator[dict[str, float]]:
         """The parameters of each layer in SI, with its ``top`` below the first and the onset of the one before."""
-        surface, before = self.units[0] * float(x[0]), 0.0
-        for unit, row in zip(self.units, self.layers(x)):
-            onset = unit * math.exp(row.log_onset)
-            (name,), (amplitude,) = self.curve.shape, self.curve.amplitudes
-            shape = math.exp(row.log_shape) * onset ** self.curve.shape[name].power
-            (reached,) = self.curve.basis(np.float64(onset), np.float64(shape))
-            force = self.scale * (math.exp(row.log_left) + row.friction * onset / unit + row.cutting)
-            top = max(unit * row.top - surface, before)
+        for row in self._values(x):
+            own = {name: float(each) for name, each in row.items()}
+            if own.get("saturation_depth", 0.0) >= NO_SATURATION * own["rupture_onset"]:
+                own["saturation_depth"] = math.inf
+            yield own
+
+    def _values(self, x: np.ndarray) -> Iterator[dict[str, np.ndarray]]:
+        """The same of one x (size,) or of many (size, k), also where a contact is a cone with a saturation depth."""
+        surface, before = self.units[0] * x[0], 0.0
+        for unit, row in zip(self.units, x[:-1].reshape(-1, SIZE, *x.shape[1:])):
+            own = Scaled(*row)
+            onset, ((name, kind),) = unit * np.exp(own.log_onset), self.curve.shape.items()
+            shape = np.exp(own.log_shape) * onset**kind.power
+            (reached,) = self.curve.basis(onset, shape)
+            force = self.scale * (np.exp(own.log_left) + own.friction * onset / unit + own.cutting)
+            top = np.maximum(unit * own.top - surface, before)
             before = top + onset + MIN_TOP_M
             yield {
                 "top": top,
-                amplitude: min(force / float(reached), STIFFEST),
-                name: math.inf if name == "saturation_depth" and shape >= NO_SATURATION * onset else shape,
+                self.curve.amplitudes[0]: np.minimum(force / reached, STIFFEST),
+                name: shape,
                 "rupture_onset": onset,
-                "rupture_length": unit * math.exp(row.log_length),
-                "rupture_exponent": row.exponent,
-                "friction_per_length": self.scale * row.friction / unit,
-                "cutting_force": self.scale * row.cutting,
+                "rupture_length": unit * np.exp(own.log_length),
+                "rupture_exponent": own.exponent,
+                "friction_per_length": self.scale * own.friction / unit,
+                "cutting_force": self.scale * own.cutting,
             }
 
     def forces(self, x: np.ndarray, depth: np.ndarray) -> np.ndarray:
         """Force (m,) [N] at increasing depths (m,) [m], with the zero."""
-        stack = [(top, core.Laws(**laws)) for top, laws in _laws_of_layers(self.values_of_layers(x), self.curve)]
-        force = core.Insertion(stack, _ANY_SPEED).forces(depth - self.surface(x), np.full(len(depth), STEP_S))
-        if self.filter_length > 1:
-            from scipy.ndimage import uniform_filter1d
+        steps = depth - self.surface(x), np.full(len(depth), STEP_S)
+        return self._filtered(core.Insertion(self._stack(x), _ANY_SPEED).forces(*steps)) + self.scale * x[-1]
 
-            force = uniform_filter1d(force, self.filter_length, mode="nearest")
-        return force + self.scale * x[-1]
+    def slopes(self, x: np.ndarray, depth: np.ndarray) -> np.ndarray:
+        """Derivatives (m, size) of ``forces``: those of the engine by its laws, by those of the laws by x."""
+        steps = depth - self.surface(x), np.full(len(depth), STEP_S)
+        places = [(layer, *IN_ENGINE[name][:2]) for layer, row in enumerate(self._values(x)) for name in row]
+        _, by_laws, _ = core.force_gradient(self._stack(x), *steps, places)
+        moved = SCALED_STEP * np.eye(len(x))
+        above, below = (self._of_laws(x[:, None] + each) for each in (moved, -moved))
+        found = self._filtered(by_laws @ ((above - below) / (2.0 * SCALED_STEP)))
+        found[:, -1] = self.scale
+        return found
+
+    def _stack(self, x: np.ndarray) -> list[tuple[float, core.Laws]]:
+        return [(top, core.Laws(**laws)) for top, laws in _laws_of_layers(self.values_of_layers(x), self.curve)]
+
+    def _of_laws(self, x: np.ndarray) -> np.ndarray:
+        """The parameters (p, k) of the laws for many x (size, k), those of ``_values``; tops in the zero of depth."""
+        surface = {"top": self.units[0] * x[0]}
+        rows = (row.items() for row in self._values(x))
+        return np.array([IN_ENGINE[name][2] * each + surface.get(name, 0.0) for row in rows for name, each in row])
+
+    def _filtered(self, force: np.ndarray) -> np.ndarray:
+        """As the sensor filtered it along the first axis."""
+        if self.filter_length == 1:
+            return force
+        from scipy.ndimage import uniform_filter1d
+
+        return uniform_filter1d(force, self.filter_length, axis=0, mode="nearest")
 
     def start(self) -> np.ndarray:
         """Each layer with its peak as it is, and all of the force behind it as cutting force."""
@@ -213,13 +253,25 @@ class InsertionProblem:
         weight = np.sqrt(np.diff(edges) / np.diff(edges).mean())
         depth, force = (np.add.reduceat(each, edges[:-1]) / np.diff(edges) for each in (self.depth, self.force))
 
-        def residual(x: np.ndarray) -> np.ndarray:
+        low, high = self.limits
+        inner = 1e-6 * (high - low)
+        x = np.clip(self.start() if start is None else start, low + inner, high - inner)
+        free = np.array([*(name != self.without for _ in self.peaks for name in Scaled._fields), True])
+        x[~free] = 0.0
+
+        def residual(found: np.ndarray) -> np.ndarray:
+            x[free] = found
             return weight * (self.forces(x, depth) - force) / self.scale
 
-        low, high = self.limits
-        inner = 1e-6 * np.where(np.isfinite(high - low), high - low, 1.0)
-        start = np.clip(self.start() if start is None else start, low + inner, high - inner)
-        return least_squares(residual, start, bounds=(low, high), x_scale="jac", max_nfev=MAX_STEPS).x
+        def slopes(found: np.ndarray) -> np.ndarray:
+            x[free] = found
+            by = weight[:, None] * self.slopes(x, depth)[:, free] / self.scale
+            size = np.linalg.norm(by, axis=0)
+            return np.where(size < UNDETERMINED * size.max(), 0.0, by)  # a long way to a limit would cut every step
+
+        limits = low[free], high[free]
+        x[free] = least_squares(residual, x[free], slopes, bounds=limits, x_scale="jac", max_nfev=MAX_STEPS).x
+        return x
 
 
 def stacked(
