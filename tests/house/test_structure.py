@@ -11,7 +11,7 @@ import pytest
 # figure -> largest value; ARCHITECTURE.md has what is measured
 BARS = {
     "Python files": 403,
-    "lines": 78_100,
+    "lines": 78_140,
     "modules with one importer": 57,
     "modules in the largest import circle": 4,
     "functions with eight or more parameters": 15,
