@@ -3,8 +3,9 @@
 
     python benchmarks/insertion_gradients.py [--rounds 5]
 
-Each insertion is identified with and without derivatives in turn; times are of the processor, the median over the
-pairs. The squares are those of every search, of each insertion. Prints the tables of docs/evidence/gradients.md."""
+Each insertion is identified in turn with derivatives, and with differences and the steps of before; times are of the
+processor, the median over the pairs. The squares are those of every search, of each insertion. Prints the tables of
+docs/evidence/gradients.md."""
 
 import argparse
 import statistics
@@ -18,6 +19,7 @@ import numpy as np
 import scipy.optimize
 
 import needleforce as nf
+from needleforce.identification.layered import insertion_problem
 from needleforce.identification.layered.insertion_problem import InsertionProblem
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
@@ -29,6 +31,7 @@ STALKS = RECORDINGS / "other-labs" / "stalk-puncture-instron"
 RIG = RECORDINGS / "needle-insertion-rig"
 SHOWN = "two walls", "skin, then fat, at 100 Hz", "three films", "four walls"
 SAME = 1e-3  # of the squares
+STEPS_BEFORE = 60  # of a search with differences; with derivatives it may take more
 least_squares = scipy.optimize.least_squares
 
 
@@ -59,6 +62,7 @@ class Trial:
                 patches.enter_context(mock.patch.object(InsertionProblem, each.__name__, each))
             if not exact:
                 patches.enter_context(mock.patch.object(scipy.optimize, "least_squares", by_differences))
+                patches.enter_context(mock.patch.object(insertion_problem, "MAX_STEPS", STEPS_BEFORE))
             began = time.process_time()
             nf.identify([recording], model="gradual_layers")
             self.seconds = time.process_time() - began

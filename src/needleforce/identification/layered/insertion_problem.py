@@ -35,7 +35,7 @@ STEP_M = 20e-6  # [m] over which friction reverses, which an insertion does not 
 START, START_POWER = (0.7, 0.5, 0.7), (0.7, 0.5, 2.0)
 """Onset and rupture length [indentations at the peak], and saturation depth [onsets] or exponent, of a start."""
 EXPONENT = 2.0  # of a rupture, to start with
-MAX_STEPS = 60  # of the least squares
+MAX_STEPS = 100  # of the least squares
 NO_SATURATION = 3.0  # [indentations at the onset] from here on, the contact is a cone
 UNDETERMINED = 1e-6  # of the largest derivative: a parameter, or a combination, that changes nothing
 MIN_LEFT = 1e-3  # [of the largest force] of a contact that ruptures
